@@ -1,0 +1,86 @@
+//! Readers, one file each, chosen by the first bytes of the file and never by its name.
+
+mod metropro;
+mod npy;
+mod wyko;
+mod x3p;
+
+use super::RawMap;
+use crate::error::{Error, Fault, Result};
+use std::path::Path;
+
+/// What the user knows and the file may not say.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ReadOptions {
+    /// Sampling distance along x and y [m], for formats that carry none.
+    pub pitch: Option<[f64; 2]>,
+    /// Metres per stored height, for formats that carry no unit.
+    pub unit: Option<f64>,
+}
+
+type Reader = fn(&[u8], &ReadOptions) -> std::result::Result<RawMap, Fault>;
+
+/// Name, test on the first bytes, reader.
+struct Format {
+    name: &'static str,
+    recognises: fn(&[u8]) -> bool,
+    read: Reader,
+}
+
+/// Every format we read, most specific magic first. A new format is one line here and one file.
+const FORMATS: &[Format] = &[
+    Format { name: x3p::NAME, recognises: x3p::recognises, read: x3p::read },
+    Format { name: metropro::NAME, recognises: metropro::recognises, read: metropro::read },
+    Format { name: wyko::NAME, recognises: wyko::recognises, read: wyko::read },
+    Format { name: npy::NAME, recognises: npy::recognises, read: npy::read },
+];
+
+/// Names of the formats that can be read.
+pub fn format_names() -> impl Iterator<Item = &'static str> {
+    FORMATS.iter().map(|f| f.name)
+}
+
+/// Reads a height map, recognised by its content.
+///
+/// # Errors
+/// `Error::Io`, `Error::File` (unknown, unsupported, corrupt, metadata missing) or `Error::Content`
+/// (fewer than 2 x 2 points, all missing), each naming the file.
+pub fn read(path: &Path, options: &ReadOptions) -> Result<RawMap> {
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+    let map = read_bytes(&bytes, options).map_err(|fault| match fault {
+        Fault::NotThisFormat(_) if bytes.is_empty() => {
+            Error::content(path, "the file is empty", "copy or export it again")
+        }
+        Fault::NotThisFormat(_) => {
+            let known: Vec<_> = format_names().collect();
+            Error::content(
+                path,
+                "the content is of no known height-map format",
+                format!("export it as one of: {}", known.join(", ")),
+            )
+        }
+        fault => Error::File { path: path.to_owned(), fault },
+    })?;
+    map.check().map_err(|e| match e {
+        Error::Parameter { what, advice } => Error::content(path, what, advice),
+        other => other,
+    })?;
+    Ok(map)
+}
+
+/// Reads a height map from memory. The result is not yet checked by [`RawMap::check`].
+///
+/// # Errors
+/// The fault of the reader whose magic fits; `Fault::NotThisFormat` if none does.
+pub fn read_bytes(bytes: &[u8], options: &ReadOptions) -> std::result::Result<RawMap, Fault> {
+    FORMATS
+        .iter()
+        .find(|f| (f.recognises)(bytes))
+        .ok_or(Fault::NotThisFormat("height-map"))
+        .and_then(|f| (f.read)(bytes, options))
+}
+
+/// Whether the first bytes look like a file some reader would take; used to pick the maps out of a folder.
+pub fn is_recognised(first_bytes: &[u8]) -> bool {
+    FORMATS.iter().any(|f| (f.recognises)(first_bytes))
+}

@@ -1,0 +1,10 @@
+use super::ReadOptions;
+use crate::error::Fault;
+use crate::heightmap::RawMap;
+pub const NAME: &str = "x3p";
+pub fn recognises(_b: &[u8]) -> bool {
+    false
+}
+pub fn read(_b: &[u8], _o: &ReadOptions) -> Result<RawMap, Fault> {
+    Err(Fault::NotThisFormat(NAME))
+}

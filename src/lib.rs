@@ -1,0 +1,10 @@
+#![forbid(unsafe_code)]
+//! asperity
+
+pub mod error;
+pub mod heightmap;
+pub mod math;
+pub mod optics;
+pub mod output;
+
+pub use error::{Error, Result};

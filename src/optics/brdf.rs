@@ -1,0 +1,41 @@
+//! The doorway between what scatters and what looks at it.
+
+use glam::DVec3;
+
+/// One direction drawn by [`Brdf::sample`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BrdfSample {
+    /// Unit vector to the detector, above the surface.
+    pub wo: DVec3,
+    /// `f_r cos_theta_r / pdf`, or reflectance over branch probability for the specular core.
+    pub weight: f64,
+    /// Density of `wo` per steradian among all draws; infinite for the specular core.
+    pub pdf: f64,
+    /// Drawn from the specular core: no other strategy can produce this direction.
+    pub specular: bool,
+}
+
+/// A bidirectional reflectance distribution function `f_r(wi, wo)` [1/sr], without the cosine
+/// (Nicodemus et al., NBS Monograph 160, 1977).
+///
+/// `wi` points to the source, `wo` to the detector, both unit and above the surface (z > 0); anything
+/// at or below the horizon gives 0. The specular core is a delta apart: it is in `sample`,
+/// `specular_core` and `albedo`, never in `eval` or `pdf`.
+pub trait Brdf: Send + Sync {
+    /// `f_r(wi, wo)` [1/sr], specular core excluded.
+    fn eval(&self, wi: DVec3, wo: DVec3) -> f64;
+
+    /// Draws `wo` for `u` in `[0, 1)^2`; `None` when the draw leaves the upper hemisphere and carries nothing.
+    fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample>;
+
+    /// Density per steradian with which [`Brdf::sample`] draws `wo`, specular core excluded.
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64;
+
+    /// Directional-hemispherical reflectance at `theta_i` [rad], specular core included.
+    fn albedo(&self, theta_i: f64) -> f64;
+
+    /// Reflectance of the specular core (mirror part) for `wi`; 0 if there is none.
+    fn specular_core(&self, _wi: DVec3) -> f64 {
+        0.0
+    }
+}

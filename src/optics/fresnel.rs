@@ -1,0 +1,95 @@
+//! Fresnel reflectance of a smooth interface seen from air, unpolarised light.
+
+/// `R = (r_s^2 + r_p^2) / 2` of a dielectric of index `n` at `cos_theta`.
+///
+/// `r_s = (c - n ct) / (c + n ct)`, `r_p = (n c - ct) / (n c + ct)`, `ct = sqrt(1 - sin^2 / n^2)`.
+/// `cos_theta` outside `[0, 1]` is clamped; R is 1 at grazing. Source: Born and Wolf, Principles of Optics, section 1.5.2.
+#[inline]
+pub fn dielectric(cos_theta: f64, n: f64) -> f64 {
+    let c = cos_theta.clamp(0.0, 1.0);
+    let sin2_t = (1.0 - c * c) / (n * n);
+    if sin2_t >= 1.0 {
+        return 1.0;
+    }
+    let ct = (1.0 - sin2_t).sqrt();
+    let s = (c - n * ct) / (c + n * ct);
+    let p = (n * c - ct) / (n * c + ct);
+    0.5 * (s * s + p * p)
+}
+
+/// `R` of a conductor of index `n + i k`: `e = (n + ik)^2`, `g = sqrt(e - sin^2)`,
+/// `r_s = (c - g) / (c + g)`, `r_p = (e c - g) / (e c + g)`.
+///
+/// Free of divisions by `c`, so it holds at grazing. Source: Born and Wolf, section 14.2.
+#[inline]
+pub fn conductor(cos_theta: f64, n: f64, k: f64) -> f64 {
+    let c = cos_theta.clamp(0.0, 1.0);
+    let sin2 = 1.0 - c * c;
+    let (er, ei) = (n * n - k * k, 2.0 * n * k);
+    let (re, im) = (er - sin2, ei);
+    let modulus = re.hypot(im);
+    let gr = ((modulus + re).max(0.0) / 2.0).sqrt();
+    let gi = ((modulus - re).max(0.0) / 2.0).sqrt();
+    let ratio = |ar: f64, ai: f64| {
+        // |a - g|^2 / |a + g|^2
+        let denominator = (ar + gr).powi(2) + (ai + gi).powi(2);
+        if denominator == 0.0 { 1.0 } else { ((ar - gr).powi(2) + (ai - gi).powi(2)) / denominator }
+    };
+    0.5 * (ratio(c, 0.0) + ratio(er * c, ei * c))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cos_deg(d: f64) -> f64 {
+        d.to_radians().cos()
+    }
+
+    /// TV01-TV05.
+    #[test]
+    fn dielectric_vectors() {
+        let cases = [
+            (0.0, 0.04),
+            (20.0, 0.0402662286665),
+            (60.0, 0.0891867128022),
+            (85.0, 0.612799645265),
+            (1.5f64.atan().to_degrees(), 0.0739644970414),
+        ];
+        for (angle, r) in cases {
+            assert!((dielectric(cos_deg(angle), 1.5) - r).abs() < 1e-10);
+        }
+        assert_eq!(dielectric(0.0, 1.5), 1.0);
+        assert_eq!(dielectric(-0.1, 1.5), 1.0);
+    }
+
+    /// TV06: aluminium at 550 nm.
+    #[test]
+    fn conductor_vectors() {
+        for (angle, r) in [(0.0, 0.91536850356), (60.0, 0.900334880565), (80.0, 0.859759505185)] {
+            assert!((conductor(cos_deg(angle), 1.0152, 6.6273) - r).abs() < 1e-9);
+        }
+        assert!((conductor(0.0, 1.0, 6.6) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_conductor_without_absorption_is_a_dielectric() {
+        for angle in [0.0, 20.0, 56.0, 85.0, 89.9] {
+            let c = cos_deg(angle);
+            assert!((conductor(c, 1.5, 0.0) - dielectric(c, 1.5)).abs() < 1e-14);
+        }
+    }
+
+    /// TV07: cosine-weighted hemispherical mean.
+    #[test]
+    fn mean_reflectance() {
+        let sum: f64 = crate::math::quadrature::gauss_legendre(64)
+            .iter()
+            .map(|(x, w)| {
+                let mu = (x + 1.0) / 2.0;
+                w / 2.0 * 2.0 * mu * dielectric(mu, 1.5)
+            })
+            .sum();
+        assert!((sum - 0.0917779593424).abs() < 1e-8);
+    }
+}

@@ -1,0 +1,8 @@
+//! Floor 1: Fresnel reflectance, refractive indices and the [`Brdf`](brdf::Brdf) doorway.
+
+pub mod brdf;
+pub mod fresnel;
+pub mod material;
+
+pub use brdf::{Brdf, BrdfSample};
+pub use material::Material;
