@@ -2,9 +2,11 @@
 //! asperity
 
 pub mod error;
+pub mod facets;
 pub mod heightmap;
 pub mod math;
 pub mod optics;
 pub mod output;
+pub mod scatter;
 
 pub use error::{Error, Result};
