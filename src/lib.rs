@@ -7,6 +7,8 @@ pub mod heightmap;
 pub mod math;
 pub mod optics;
 pub mod output;
+pub mod sample;
 pub mod scatter;
+pub mod table;
 
 pub use error::{Error, Result};

@@ -143,11 +143,17 @@ impl SlopeStatistics {
         sum / self.facets as f64 / c.max(1e-300)
     }
 
-    /// `1 - 1 / (1 + 2 Lambda)`: predicted share of beams hidden from source or mirror direction at `theta`
-    /// (height-correlated Smith masking and shadowing, Heitz 2014).
-    pub fn predicted_blocked_fraction(&self, theta: f64) -> f64 {
-        let excess = 2.0 * self.hidden_excess(theta);
-        if excess.is_finite() { excess / (1.0 + excess) } else { 1.0 }
+    /// [`SlopeStatistics::hidden_excess`] tabulated against the cosine, for loops.
+    pub fn hiding(&self) -> Hiding {
+        Hiding {
+            excess: (0..=HIDING_STEPS)
+                .map(|k| {
+                    let cos = (k as f64 / HIDING_STEPS as f64).powi(2);
+                    // At the horizon Lambda is infinite; a cosine that small is never asked for exactly.
+                    self.hidden_excess(cos.max(1e-6).acos())
+                })
+                .collect(),
+        }
     }
 
     fn core_scale(&self, map: &HeightMap) -> f64 {
@@ -167,6 +173,32 @@ impl SlopeStatistics {
             }
         }
         1.0
+    }
+}
+
+const HIDING_STEPS: usize = 512;
+
+/// Masking and shadowing of one surface.
+#[derive(Debug, Clone)]
+pub struct Hiding {
+    /// Lambda at `cos_theta = (k / steps)^2`: fine steps where it varies, at the horizon.
+    excess: Vec<f64>,
+}
+
+impl Hiding {
+    /// `Lambda(cos_theta)`.
+    #[inline]
+    pub fn lambda(&self, cos_theta: f64) -> f64 {
+        let x = cos_theta.clamp(0.0, 1.0).sqrt() * HIDING_STEPS as f64;
+        let k = (x as usize).min(HIDING_STEPS - 1);
+        let t = x - k as f64;
+        self.excess[k] + t * (self.excess[k + 1] - self.excess[k])
+    }
+
+    /// `G = 1 / (1 + Lambda_i + Lambda_o)`: share of facets lit and seen, height-correlated (Heitz 2014).
+    #[inline]
+    pub fn visible(&self, cos_i: f64, cos_o: f64) -> f64 {
+        1.0 / (1.0 + self.lambda(cos_i) + self.lambda(cos_o))
     }
 }
 
@@ -231,7 +263,11 @@ mod tests {
         assert!((s.hidden_excess(60f64.to_radians()) - 0.0125).abs() < 0.002);
         assert!((s.hidden_excess(80f64.to_radians()) - 0.3903).abs() < 0.01);
         assert_eq!(s.hidden_excess(0.0), 0.0);
-        assert!((s.predicted_blocked_fraction(std::f64::consts::FRAC_PI_2) - 1.0).abs() < 1e-6);
+        let hiding = s.hiding();
+        for degrees in [0.0, 30.0, 60.0, 80.0, 88.0f64] {
+            let exact = s.hidden_excess(degrees.to_radians());
+            assert!((hiding.lambda(degrees.to_radians().cos()) - exact).abs() < 1e-3 * (1.0 + exact), "{degrees}");
+        }
     }
 
     #[test]

@@ -75,9 +75,9 @@ impl Default for Options {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Decision {
     pub theta_i: f64,
-    /// `Auto` never appears here except as "slope distribution only".
+    /// Facets or rays were tested for visibility; otherwise the slope distribution with Smith's masking served.
     pub visibility: bool,
-    /// Share of beams that Smith's function predicts to be hidden.
+    /// Share of the energy that Smith's function predicts to be hidden from source or exit.
     pub predicted_blocked: f64,
 }
 
@@ -112,11 +112,18 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
     };
     let cells = HalfVectorCells::for_lobe(&statistics, isotropic);
     let density = SlopeDensity::measure(map, &cells, isotropic);
+    let hiding = statistics.hiding();
     let decisions: Vec<Decision> = options
         .theta_i
         .iter()
         .map(|&theta_i| {
-            let predicted_blocked = statistics.predicted_blocked_fraction(theta_i);
+            // Geometry only: what a mirror would lose, in the worst of four azimuths.
+            let predicted_blocked = (0..if isotropic { 1 } else { 4 })
+                .map(|quarter| {
+                    let wi = direction(theta_i, f64::from(quarter) * std::f64::consts::FRAC_PI_2);
+                    density.tally(&cells, wi, &Material::Mirror, &hiding).book().lost
+                })
+                .fold(0.0, f64::max);
             let visibility = match options.method {
                 Method::Auto => predicted_blocked > 0.1 * options.tolerance,
                 Method::Facets | Method::Rays => true,
@@ -140,7 +147,7 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
             row.push(match options.method {
                 Method::Rays => trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed),
                 _ if decision.visibility => facet_sum(&walk, &cells, theta_i, azimuth),
-                _ => density.tally(&cells, direction(theta_i, phi), &options.material),
+                _ => density.tally(&cells, direction(theta_i, phi), &options.material, &hiding),
             });
             done += 1.0;
             progress(done / nodes);

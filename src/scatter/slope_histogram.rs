@@ -1,7 +1,8 @@
 //! One pass over the facets that serves every incident direction for which nothing is hidden.
 
-use super::cells::{HalfVectorCells, cell_weight};
+use super::cells::{HalfVectorCells, facing};
 use super::tally::{CORE_SLOPE, Tally};
+use crate::facets::distribution::Hiding;
 use crate::facets::slopes;
 use crate::heightmap::HeightMap;
 use crate::optics::Material;
@@ -62,27 +63,41 @@ impl SlopeDensity {
         }
     }
 
-    /// Tally for `wi` when no facet hides another: `E_k = P_k * integral R(beta) cb / (ch ci) dp dq / sum`.
+    /// `E_k = P_k * integral G R(beta) cb / (ch ci) dp dq / sum`, with Smith's masking-shadowing G of the measured slopes.
     ///
-    /// Beams whose mirror direction lies below the horizon would meet the surface again; they are `lost`.
-    pub fn tally(&self, cells: &HalfVectorCells, wi: DVec3, material: &Material) -> Tally {
+    /// What G hides, or mirrors below the horizon, would meet the surface again: it is `lost`, and its share says
+    /// whether this shortcut may be taken.
+    pub fn tally(&self, cells: &HalfVectorCells, wi: DVec3, material: &Material, hiding: &Hiding) -> Tally {
         let mut tally = Tally::new(cells.len());
+        let mut facing_area = 0.0;
+        let mut escaping = 0.0;
         for (k, &density) in self.density.iter().enumerate() {
-            if density > 0.0 {
-                let (reflected, all) = cell_weight(cells, k, wi, material);
-                let (seen, _) = cell_weight(cells, k, wi, &Material::Mirror);
-                tally.energy[k] = density * reflected;
-                tally.incident += density * all;
-                tally.absorbed += density * (seen - reflected);
-                tally.lost += density * (all - seen);
+            if density == 0.0 {
+                continue;
+            }
+            for point in cells.points(k) {
+                let Some(f) = facing(point.p, point.q, wi) else { continue };
+                let beam = density * point.area * f.weight;
+                facing_area += beam;
+                if f.wo.z > 0.0 {
+                    let seen = beam * hiding.visible(wi.z, f.wo.z);
+                    let reflected = seen * material.reflectance(f.cos_beta);
+                    escaping += seen;
+                    tally.energy[k] += reflected;
+                    tally.absorbed += seen - reflected;
+                }
             }
         }
         let reflectance = material.reflectance(wi.z);
         tally.core = self.core * reflectance;
-        tally.incident += self.core;
         tally.absorbed += self.core * (1.0 - reflectance);
-        // Whatever is counted beyond unit area was counted twice.
-        tally.shadowed = (tally.incident - 1.0).max(0.0);
+        // Facing area beyond the illuminated area is counted twice by facets hidden behind others.
+        let lambda = hiding.lambda(wi.z);
+        tally.incident = facing_area / (1.0 + lambda) + self.core;
+        tally.lost = (tally.incident - self.core - escaping).max(0.0);
+        // What the quadrature rounds differently from Lambda must not open the book.
+        tally.incident = tally.lost + escaping + self.core;
+        tally.shadowed = lambda;
         tally
     }
 }

@@ -22,7 +22,7 @@ pub struct Tally {
     pub lost: f64,
     /// Part of the escaped energy that was reflected more than once.
     pub multiple: f64,
-    /// Projected area of the beams hidden from the source, relative to what a facet sum without visibility would count.
+    /// Projected facet area hidden from the source, relative to the lit area.
     pub shadowed: f64,
     /// Beams counted.
     pub beams: u64,
@@ -90,9 +90,13 @@ impl Tally {
     }
 
     /// Share of the incident energy in a cell; standard error `sqrt(<w^2> - <w>^2) / sqrt(N)` of N independent beams.
+    /// A tally made from a density instead of beams has no such error.
     pub fn fraction(&self, cell: usize) -> Estimate {
-        if self.beams == 0 || self.incident <= 0.0 {
+        if self.incident <= 0.0 {
             return Estimate::exact(0.0);
+        }
+        if self.beams == 0 {
+            return Estimate::exact(self.energy[cell] / self.incident);
         }
         let n = self.beams as f64;
         let mean_incident = self.incident / n;

@@ -1,0 +1,1 @@
+pub const FORMAT_VERSION: u32 = 1;
