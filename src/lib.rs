@@ -1,10 +1,12 @@
 #![forbid(unsafe_code)]
 //! asperity
 
+pub mod archive;
 pub mod error;
 pub mod facets;
 pub mod heightmap;
 pub mod math;
+pub mod npy;
 pub mod optics;
 pub mod output;
 pub mod sample;

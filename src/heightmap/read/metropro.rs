@@ -1,10 +1,63 @@
+//! MetroPro `.dat` of Zygo interferometers, formats 1 to 3; big-endian.
+//!
+//! `height = raw * S * O * W / R` [m]: S the interferometric scale factor, O the obliquity, W the wavelength [m], R the
+//! phase steps per fringe (4096, 32768 or 131072). A 16-bit intensity image precedes the 32-bit heights.
+//! Source: header table of the MetroPro reference guide, as read alike by Gwyddion, prysm and SurfaceTopography.
+
 use super::ReadOptions;
+use super::fields::{Fields, Sample, plane_bytes};
 use crate::error::Fault;
 use crate::heightmap::RawMap;
-pub const NAME: &str = "metropro";
-pub fn recognises(_b: &[u8]) -> bool {
-    false
+use ndarray::Array2;
+
+pub const NAME: &str = "MetroPro";
+
+/// Heights from here on mean "no data".
+const MISSING: f64 = 2_147_483_640.0;
+
+pub fn recognises(bytes: &[u8]) -> bool {
+    // The three magics end in 6F, 70, 71 for header formats 1, 2, 3.
+    matches!(bytes, [0x88, 0x1b, 0x03, 0x6f..=0x71, ..])
 }
-pub fn read(_b: &[u8], _o: &ReadOptions) -> Result<RawMap, Fault> {
-    Err(Fault::NotThisFormat(NAME))
+
+pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
+    if !recognises(bytes) {
+        return Err(Fault::NotThisFormat(NAME));
+    }
+    let file = Fields { bytes, format: NAME, big_endian: true };
+    let header_size = file.u32(6)?;
+    let (intensity_columns, intensity_rows, frames) = (file.u16(52)?, file.u16(54)?, file.u16(56)?);
+    let (columns, rows) = (file.u16(68)?, file.u16(70)?);
+    if columns == 0 || rows == 0 {
+        return Err(Fault::Unsupported {
+            format: NAME,
+            what: "a file with an intensity image but no heights".to_owned(),
+            advice: "save the phase data in MetroPro".to_owned(),
+        });
+    }
+    let intensity = match (intensity_columns, intensity_rows, frames) {
+        (0, _, _) | (_, 0, _) | (_, _, 0) => 0,
+        _ => plane_bytes(intensity_rows, intensity_columns, 2 * frames, NAME)?,
+    };
+    let steps = match file.u16(218)? {
+        0 => 4096.0,
+        1 => 32768.0,
+        2 => 131_072.0,
+        other => return Err(Fault::Corrupt { format: NAME, what: format!("phase resolution {other} is unknown") }),
+    };
+    let real = |at| file.number(at, Sample::F32);
+    let factor = real(164)? * real(176)? * real(168)? / steps;
+    let sign = if file.u16(232)? == 0 { 1.0 } else { -1.0 };
+    let unit = if factor.is_finite() && factor != 0.0 { sign * factor } else { options.unit_or_missing(NAME)? };
+    let lateral = real(184)?;
+    let [pitch_x, pitch_y] = options.pitch_or(NAME, Some([lateral, lateral]))?;
+    let mut heights = file.plane(header_size.saturating_add(intensity), rows, columns, Sample::I32)?;
+    for height in &mut heights {
+        *height = if *height >= MISSING { f64::NAN } else { *height * unit };
+    }
+    let heights = Array2::from_shape_vec((rows, columns), heights)
+        .map_err(|e| Fault::Corrupt { format: NAME, what: e.to_string() })?;
+    let comment = file.text(80, 82)?;
+    let notes = if comment.is_empty() { vec![] } else { vec![("comment".to_owned(), comment)] };
+    Ok(RawMap { heights, pitch_x, pitch_y, format: NAME, notes })
 }

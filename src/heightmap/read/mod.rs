@@ -1,5 +1,6 @@
 //! Readers, one file each, chosen by the first bytes of the file and never by its name.
 
+mod fields;
 mod metropro;
 mod npy;
 mod wyko;
@@ -16,6 +17,31 @@ pub struct ReadOptions {
     pub pitch: Option<[f64; 2]>,
     /// Metres per stored height, for formats that carry no unit.
     pub unit: Option<f64>,
+    /// Which layer of a file with several, counted from 0; the first if not given.
+    pub layer: Option<usize>,
+}
+
+impl ReadOptions {
+    /// The pitch the file states if it is usable, else the user's.
+    ///
+    /// The file wins because one `--pitch` may be given for a whole folder of maps.
+    fn pitch_or(&self, format: &'static str, stated: Option<[f64; 2]>) -> std::result::Result<[f64; 2], Fault> {
+        let usable = |p: &[f64; 2]| p.iter().all(|v| v.is_finite() && *v > 0.0);
+        stated.filter(usable).or(self.pitch).ok_or_else(|| Fault::MetadataMissing {
+            format,
+            what: "the pitch".to_owned(),
+            advice: "give the sampling distance, for example --pitch 0.5um".to_owned(),
+        })
+    }
+
+    /// The user's metres per stored height.
+    fn unit_or_missing(&self, format: &'static str) -> std::result::Result<f64, Fault> {
+        self.unit.ok_or_else(|| Fault::MetadataMissing {
+            format,
+            what: "the unit of the heights".to_owned(),
+            advice: "give it, for example --unit um".to_owned(),
+        })
+    }
 }
 
 type Reader = fn(&[u8], &ReadOptions) -> std::result::Result<RawMap, Fault>;
