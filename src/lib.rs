@@ -6,5 +6,6 @@ pub mod heightmap;
 pub mod math;
 pub mod optics;
 pub mod output;
+pub mod render;
 
 pub use error::{Error, Result};

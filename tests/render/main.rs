@@ -1,0 +1,5 @@
+//! The renderer against closed forms, and the files it writes.
+
+mod closed_forms;
+mod materials;
+mod speed;
