@@ -3,3 +3,4 @@
 mod closed_forms;
 mod materials;
 mod speed;
+mod tiles;
