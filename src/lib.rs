@@ -9,6 +9,7 @@ pub mod math;
 pub mod npy;
 pub mod optics;
 pub mod output;
+pub mod render;
 pub mod sample;
 pub mod scatter;
 pub mod table;
