@@ -4,6 +4,8 @@
 pub mod error;
 pub mod heightmap;
 pub mod math;
+pub mod meter;
+pub mod model;
 pub mod optics;
 pub mod output;
 
