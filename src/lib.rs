@@ -7,6 +7,8 @@ pub mod facets;
 pub mod heightmap;
 pub mod math;
 pub mod npy;
+pub mod meter;
+pub mod model;
 pub mod optics;
 pub mod output;
 pub mod render;

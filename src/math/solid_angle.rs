@@ -43,6 +43,12 @@ impl RectangularAperture {
         z > 0.0 && w.dot(self.in_plane).abs() <= self.half[0] * z && w.dot(self.across).abs() <= self.half[1] * z
     }
 
+    /// Where `w` crosses the plane of the stop: in plane and across, each in `[-1, 1]`; `None` outside the aperture.
+    pub fn position(&self, w: DVec3) -> Option<[f64; 2]> {
+        let z = w.dot(self.axis);
+        self.contains(w).then(|| [w.dot(self.in_plane) / (self.half[0] * z), w.dot(self.across) / (self.half[1] * z)])
+    }
+
     /// Direction through the plane point `u` in `[0, 1]^2` and the density of that map per steradian
     /// for uniform `u`: `1 / (A cos^3 a)` with `A` the plane area and `a` the angle to the axis.
     pub fn direction(&self, u: [f64; 2]) -> (DVec3, f64) {

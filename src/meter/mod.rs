@@ -1,0 +1,10 @@
+//! Floor 7: the virtual light meter.
+
+pub mod flux;
+pub mod geometry;
+pub mod gloss;
+pub mod validity;
+
+pub use geometry::Geometry;
+pub use gloss::{Options, gloss};
+pub use validity::{Warning, check_rays, rayleigh_parameter};
