@@ -3,8 +3,10 @@
 pub mod flux;
 pub mod geometry;
 pub mod gloss;
+pub mod surface;
 pub mod validity;
 
 pub use geometry::Geometry;
 pub use gloss::{Options, gloss};
+pub use surface::surface_gloss;
 pub use validity::{Warning, check_rays, rayleigh_parameter};
