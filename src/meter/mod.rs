@@ -1,8 +1,11 @@
 //! Floor 7: the virtual light meter.
 
-pub mod flux;
+mod flux;
 pub mod geometry;
 pub mod gloss;
+mod grid;
+mod overlap;
+mod plan;
 pub mod validity;
 
 pub use geometry::Geometry;

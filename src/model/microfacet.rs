@@ -115,7 +115,11 @@ impl<S: Shape> Brdf for Microfacet<S> {
         let wh = half_vector(wi, wo);
         let d = self.normal_density(wh);
         // Far from the lobe D underflows to 0, and shadowing need not be computed.
-        if d == 0.0 { 0.0 } else { self.material.reflectance(wi.dot(wh)) * d * self.shadowing(wi, wo) / (4.0 * wi.z * wo.z) }
+        if d == 0.0 {
+            0.0
+        } else {
+            self.material.reflectance(wi.dot(wh)) * d * self.shadowing(wi, wo) / (4.0 * wi.z * wo.z)
+        }
     }
 
     fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {

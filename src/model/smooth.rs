@@ -92,10 +92,5 @@ impl Brdf for Smooth {
 
 /// The mirror direction of `wi` with the given weight, as a draw from the specular core.
 pub fn mirror_sample(wi: DVec3, weight: f64) -> Option<BrdfSample> {
-    (wi.z > 0.0).then(|| BrdfSample {
-        wo: DVec3::new(-wi.x, -wi.y, wi.z),
-        weight,
-        pdf: f64::INFINITY,
-        specular: true,
-    })
+    (wi.z > 0.0).then(|| BrdfSample { wo: DVec3::new(-wi.x, -wi.y, wi.z), weight, pdf: f64::INFINITY, specular: true })
 }
