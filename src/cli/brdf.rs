@@ -76,6 +76,11 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             if d.visibility { "traced" } else { "Smith" },
         );
     }
-    println!("wrote {} ({} cells per direction) in {:.2} s", a.output.display(), table.cells().len(), start.elapsed().as_secs_f64());
+    println!(
+        "wrote {} ({} cells per direction) in {:.2} s",
+        a.output.display(),
+        table.cells().len(),
+        start.elapsed().as_secs_f64()
+    );
     Ok(())
 }

@@ -34,9 +34,17 @@ pub fn run(json: bool) -> anyhow::Result<()> {
             println!("      {:<10} {}{unit}: {}{default}", p.name, p.meaning, p.range());
         }
         if m.takes_material {
-            println!("      {:<10} name of the interface instead of n and k: black-glass, epoxy, al, cu, ...", "material");
+            println!(
+                "      {:<10} name of the interface instead of n and k: black-glass, epoxy, al, cu, ...",
+                "material"
+            );
         }
-        println!("    reciprocal: {}; energy: {}; source: {}\n", if m.reciprocal { "yes" } else { "no" }, m.energy, m.source);
+        println!(
+            "    reciprocal: {}; energy: {}; source: {}\n",
+            if m.reciprocal { "yes" } else { "no" },
+            m.energy,
+            m.source
+        );
     }
     Ok(())
 }

@@ -48,7 +48,10 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let settings = a.scatter.settings()?;
     let (paths, mut failures) = collect(&a.maps);
     if paths.is_empty() && failures.is_empty() {
-        bail!("no height map found in {}", a.maps.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "));
+        bail!(
+            "no height map found in {}",
+            a.maps.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+        );
     }
     std::fs::create_dir_all(&a.output).with_context(|| format!("cannot make the folder {}", a.output.display()))?;
     let names = unique_stems(&paths);
@@ -72,7 +75,9 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             Err(e) => failures.push((path, e)),
         }
     }
-    done.sort_by(|x, y| x.prediction.sq.total_cmp(&y.prediction.sq).then_with(|| x.prediction.name.cmp(&y.prediction.name)));
+    done.sort_by(|x, y| {
+        x.prediction.sq.total_cmp(&y.prediction.sq).then_with(|| x.prediction.name.cmp(&y.prediction.name))
+    });
     let outputs = if done.is_empty() { Vec::new() } else { summarise(a, &done)? };
     if json {
         print_json(&as_json(&done, &failures, &outputs, start.elapsed().as_secs_f64()))?;
@@ -139,14 +144,21 @@ fn summarise(a: &Arguments, done: &[Done]) -> anyhow::Result<Vec<PathBuf>> {
 
     let tiles: Vec<Tile> = done
         .iter()
-        .map(|d| Tile { caption: caption(&d.prediction.name, Some(d.prediction.sq), d.prediction.gloss), brdf: &d.prediction.brdf })
+        .map(|d| Tile {
+            caption: caption(&d.prediction.name, Some(d.prediction.sq), d.prediction.gloss),
+            brdf: &d.prediction.brdf,
+        })
         .collect();
     let bar = Bar::new("tiles", 1);
     let picture = render_tiles(&tiles, &a.look.options()?, &|share| bar.set(0, share))?;
     bar.finish();
     for (name, save) in [("tiles.png", true), ("tiles.exr", false)] {
         let path = a.output.join(name);
-        if save { picture.save_png(&path)? } else { picture.save_exr(&path)? }
+        if save {
+            picture.save_png(&path)?
+        } else {
+            picture.save_exr(&path)?
+        }
         outputs.push(path);
     }
     Ok(outputs)
@@ -196,8 +208,17 @@ fn print_table(done: &[Done]) {
         return;
     }
     let mut table = comfy_table::Table::new();
-    table.load_preset(comfy_table::presets::UTF8_BORDERS_ONLY);
-    table.set_header(["map", "Sq nm", "Sdq", "missing %", "gloss 20 deg", "gloss 60 deg", "gloss 85 deg", "scattered by"]);
+    table.load_style(comfy_table::presets::UTF8_BORDERS_ONLY);
+    table.set_header([
+        "map",
+        "Sq nm",
+        "Sdq",
+        "missing %",
+        "gloss 20 deg",
+        "gloss 60 deg",
+        "gloss 85 deg",
+        "scattered by",
+    ]);
     for d in done {
         let p = &d.prediction;
         let valid = p.ray_valid();
@@ -224,7 +245,9 @@ fn print_table(done: &[Done]) {
     println!("{table}");
     println!("Gloss in GU (black glass n = 1.567 reads 100) +- one standard error of map and integration.");
     if done.iter().any(|d| d.prediction.ray_valid().contains(&false)) {
-        println!("* Rayleigh parameter below 9: too smooth for rays at this angle, the true gloss is higher; see the warnings.");
+        println!(
+            "* Rayleigh parameter below 9: too smooth for rays at this angle, the true gloss is higher; see the warnings."
+        );
     }
 }
 

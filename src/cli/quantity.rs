@@ -12,7 +12,12 @@ pub fn length(text: &str) -> Result<f64, String> {
     }
     let (number, unit) = split(text);
     let unit = LENGTHS.iter().find(|l| l.0 == unit).ok_or("write a number with nm, um, mm or m, such as 0.5um")?;
-    number.parse::<f64>().ok().filter(|v| v.is_finite()).map(|v| v * unit.1).ok_or_else(|| format!("`{number}` is not a number"))
+    number
+        .parse::<f64>()
+        .ok()
+        .filter(|v| v.is_finite())
+        .map(|v| v * unit.1)
+        .ok_or_else(|| format!("`{number}` is not a number"))
 }
 
 /// `um` to 1e-6 [m].
@@ -34,7 +39,8 @@ pub fn pitch(text: &str) -> Result<[f64; 2], String> {
 /// `20`, `20deg` or `0.35rad` to radians.
 pub fn angle(text: &str) -> Result<f64, String> {
     let (number, unit) = split(text.trim());
-    let value = number.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| format!("`{text}` is not an angle"))?;
+    let value =
+        number.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| format!("`{text}` is not an angle"))?;
     match unit {
         "" | "deg" | "\u{b0}" => Ok(value.to_radians()),
         "rad" => Ok(value),
@@ -44,8 +50,10 @@ pub fn angle(text: &str) -> Result<f64, String> {
 
 /// `1024` or `1024x768` to columns and rows.
 pub fn size(text: &str) -> Result<[usize; 2], String> {
-    let parts: Vec<usize> =
-        text.split('x').map(|n| n.trim().parse().map_err(|_| format!("`{n}` is not a number of samples"))).collect::<Result<_, _>>()?;
+    let parts: Vec<usize> = text
+        .split('x')
+        .map(|n| n.trim().parse().map_err(|_| format!("`{n}` is not a number of samples")))
+        .collect::<Result<_, _>>()?;
     match parts[..] {
         [both] => Ok([both, both]),
         [w, h] => Ok([w, h]),
@@ -55,8 +63,10 @@ pub fn size(text: &str) -> Result<[usize; 2], String> {
 
 /// `0.1,-0.05` to two numbers.
 pub fn pair(text: &str) -> Result<[f64; 2], String> {
-    let parts: Vec<f64> =
-        text.split(',').map(|n| n.trim().parse().map_err(|_| format!("`{n}` is not a number"))).collect::<Result<_, _>>()?;
+    let parts: Vec<f64> = text
+        .split(',')
+        .map(|n| n.trim().parse().map_err(|_| format!("`{n}` is not a number")))
+        .collect::<Result<_, _>>()?;
     <[f64; 2]>::try_from(parts).map_err(|_| "write two numbers as X,Y".to_owned())
 }
 

@@ -36,7 +36,11 @@ impl Source {
         let name = file_name(path);
         let bytes = std::fs::read(path).map_err(|e| {
             if e.kind() == std::io::ErrorKind::NotFound {
-                Error::content(path, "there is no such file, and no model of that name", "`asperity models` lists the models")
+                Error::content(
+                    path,
+                    "there is no such file, and no model of that name",
+                    "`asperity models` lists the models",
+                )
             } else {
                 Error::io(path, "read", e)
             }

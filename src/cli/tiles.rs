@@ -75,7 +75,13 @@ pub fn caption(name: &str, sq: Option<f64>, gloss: [Estimate; 3]) -> Vec<String>
 
 /// Three significant digits.
 fn significant(value: f64) -> String {
-    let digits = if value >= 100.0 || value == 0.0 { 0 } else if value >= 10.0 { 1 } else { 2 };
+    let digits = if value >= 100.0 || value == 0.0 {
+        0
+    } else if value >= 10.0 {
+        1
+    } else {
+        2
+    };
     format!("{value:.digits$}")
 }
 
@@ -84,7 +90,11 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     for path in &a.output {
         match path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
             Some("png" | "exr") => {}
-            _ => return Err(Error::content(path, "this kind of picture cannot be written", "name it .png or .exr").into()),
+            _ => {
+                return Err(
+                    Error::content(path, "this kind of picture cannot be written", "name it .png or .exr").into()
+                );
+            }
         }
     }
     let bar = Bar::new("tables", a.sources.len());

@@ -120,6 +120,7 @@ impl<'a> HeightField<'a> {
         let mut dx = ray.direction.x / self.map.pitch_x;
         let mut dy = -ray.direction.y / self.map.pitch_y;
         let dz = ray.direction.z;
+        let mut inverse = [1.0 / dx, 1.0 / dy];
         let mut flip = [1.0, 1.0];
         let mut own = own;
         let (mut cx, mut cy) = match own {
@@ -148,8 +149,8 @@ impl<'a> HeightField<'a> {
                 if d > 0.0 { (((c >> level) + 1) << level).min(n) } else { c >> level << level }
             };
             let (ex, ey) = (edge(cx, dx, nx), edge(cy, dy, ny));
-            let tx = if dx != 0.0 { (ex as f64 - ox) / dx } else { f64::INFINITY };
-            let ty = if dy != 0.0 { (ey as f64 - oy) / dy } else { f64::INFINITY };
+            let tx = if dx != 0.0 { (ex as f64 - ox) * inverse[0] } else { f64::INFINITY };
+            let ty = if dy != 0.0 { (ey as f64 - oy) * inverse[1] } else { f64::INFINITY };
             let exit = tx.min(ty).min(t_end).max(t);
             let lowest_on_ray = oz + dz * if dz < 0.0 { exit } else { t };
             let grid = &self.levels[level];
@@ -185,7 +186,8 @@ impl<'a> HeightField<'a> {
             // Step to the neighbouring block: the crossed edge fixes one index exactly, the other follows the ray
             // but may not leave the block it is in.
             let clamp_inside = |v: f64, c: i64, n: i64| {
-                (v.floor() as i64).clamp(c >> level << level, ((((c >> level) + 1) << level) - 1).min(n - 1))
+                // Positions are not negative, so truncation is the floor, and cheaper.
+                (v as i64).clamp(c >> level << level, ((((c >> level) + 1) << level) - 1).min(n - 1))
             };
             if tx <= ty {
                 cy = clamp_inside(oy + dy * exit, cy, ny);
@@ -208,6 +210,7 @@ impl<'a> HeightField<'a> {
                     Edges::Mirrored => {
                         mirror(&mut cx, &mut ox, &mut dx, &mut flip[0], nx);
                         mirror(&mut cy, &mut oy, &mut dy, &mut flip[1], ny);
+                        inverse = [1.0 / dx, 1.0 / dy];
                     }
                 }
                 // In another tile the facet with the same indices is another facet.

@@ -43,10 +43,20 @@ impl RectangularAperture {
         z > 0.0 && w.dot(self.in_plane).abs() <= self.half[0] * z && w.dot(self.across).abs() <= self.half[1] * z
     }
 
-    /// Where `w` crosses the plane of the stop: in plane and across, each in `[-1, 1]`; `None` outside the aperture.
-    pub fn position(&self, w: DVec3) -> Option<[f64; 2]> {
-        let z = w.dot(self.axis);
-        self.contains(w).then(|| [w.dot(self.in_plane) / (self.half[0] * z), w.dot(self.across) / (self.half[1] * z)])
+    /// Axis, unit vector in the plane of measurement, unit vector across it.
+    pub fn axes(&self) -> [DVec3; 3] {
+        [self.axis, self.in_plane, self.across]
+    }
+
+    /// Tangent of half the full plane angle, in plane and across.
+    pub fn half_tangents(&self) -> [f64; 2] {
+        self.half
+    }
+
+    /// Inward normals of the four planes through the origin that bound the aperture: `w` passes if no `n . w` is negative.
+    pub fn edges(&self) -> [DVec3; 4] {
+        let [a, b] = self.half.map(|half| half * self.axis);
+        [a - self.in_plane, a + self.in_plane, b - self.across, b + self.across]
     }
 
     /// Direction through the plane point `u` in `[0, 1]^2` and the density of that map per steradian

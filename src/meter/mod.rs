@@ -1,9 +1,12 @@
 //! Floor 7: the virtual light meter.
 
-pub mod flux;
+mod flux;
 pub mod geometry;
 pub mod gloss;
 pub mod surface;
+mod grid;
+mod overlap;
+mod plan;
 pub mod validity;
 
 pub use geometry::Geometry;

@@ -11,11 +11,10 @@
 //! `Lambda(v) = (exp(-v^2) / (v sqrt pi) - erfc v) / 2`, `v = cot theta / alpha(phi)`; `G = 1 / (1 + Lambda_i + Lambda_o)`.
 //! Energy: single scatter, albedo at most R; what would scatter twice is lost (0.1 % at alpha 0.3 and normal
 //! incidence, 8 % at 60 deg). Reciprocal. Alpha below 1e-4 is a specular core.
-//! Sampling: visible normals. The slope component across `wi` is Gaussian; along `wi` its distribution function is
-//! elementary and inverted by Newton's method (Heitz and d'Eon, EGSR 2014), so weights never exceed R.
+//! Sampling: normals by `D cos_theta_h`, pdf `D cos_theta_h / (4 cos_beta)`.
 //! Sources: Beckmann and Spizzichino 1963; Walter et al., EGSR 2007, equations 25-28; Heitz 2014, equation 72.
 
-use super::microfacet::{Microfacet, Shape, smith_lambda};
+use super::microfacet::{Microfacet, Shape};
 use super::registry::{Entry, Parameter};
 use super::smooth::{EXTINCTION, INDEX};
 use glam::DVec3;
@@ -75,8 +74,7 @@ impl Shape for GaussianSlopes {
         DVec3::new(alpha[0] * t * c, alpha[1] * t * s, 1.0).normalize()
     }
 
-    fn reflected_pdf(alpha: [f64; 2], wi: DVec3, wh: DVec3, d: f64, cos_beta: f64) -> f64 {
-        let _ = (alpha, wi, smith_lambda::<Self>);
+    fn reflected_pdf(_alpha: [f64; 2], _wi: DVec3, wh: DVec3, d: f64, cos_beta: f64) -> f64 {
         d * wh.z / (4.0 * cos_beta)
     }
 }

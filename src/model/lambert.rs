@@ -50,7 +50,12 @@ impl Brdf for Lambert {
 
     fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
         let wo = cosine_direction(u);
-        (wi.z > 0.0 && wo.z > 0.0).then(|| BrdfSample { wo, weight: self.rho, pdf: wo.z * FRAC_1_PI, specular: false })
+        (wi.z > 0.0 && wo.z > 0.0).then_some(BrdfSample {
+            wo,
+            weight: self.rho,
+            pdf: wo.z * FRAC_1_PI,
+            specular: false,
+        })
     }
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {

@@ -9,12 +9,8 @@ use crate::scatter::{self, Decision};
 use crate::table::{Provenance, Table};
 
 /// Source azimuths over which the gloss of an anisotropic surface is averaged [rad].
-pub const GLOSS_AZIMUTHS: [f64; 4] = [
-    0.0,
-    std::f64::consts::FRAC_PI_4,
-    std::f64::consts::FRAC_PI_2,
-    3.0 * std::f64::consts::FRAC_PI_4,
-];
+pub const GLOSS_AZIMUTHS: [f64; 4] =
+    [0.0, std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_2, 3.0 * std::f64::consts::FRAC_PI_4];
 
 /// How to predict.
 #[derive(Debug, Clone)]

@@ -5,10 +5,10 @@ use crate::error::Result;
 use crate::math::{direction, half_vector, slope_of_half_vector};
 use crate::optics::{Brdf, BrdfSample};
 use crate::scatter::cells::facing;
-use crate::table::Table;
+use crate::table::{Incident, NodeWeights, Table};
 use glam::DVec3;
 
-/// Share of its density that a cell keeps as sampling weight when all nine of its quadrature points lie below the
+/// Share of its density that a cell keeps as sampling weight when all of its quadrature points lie below the
 /// horizon of the node: between two nodes, or in a corner, it may still reflect.
 const SLIVER: f64 = 1e-3;
 
@@ -75,8 +75,19 @@ impl TableBrdf {
         self.nodes[node].as_ref()
     }
 
-    fn core_probability(&self, wi: DVec3) -> f64 {
-        self.table.node_weights(wi).iter().map(|&(n, w)| w * self.core[n]).sum()
+    fn pdf_from(&self, incident: &Incident, wo: DVec3) -> f64 {
+        let wh = half_vector(incident.wi, wo);
+        let (p, q) = slope_of_half_vector(incident.to_cells(wh));
+        let cell = self.table.cells.locate(p, q);
+        let mut probability = 0.0;
+        for (n, w) in incident.nodes {
+            if w > 0.0
+                && let Some(alias) = &self.nodes[n]
+            {
+                probability += w * (1.0 - self.core[n]) * alias.probability(cell);
+            }
+        }
+        probability * self.inverse_area[cell] / (4.0 * wh.dot(incident.wi) * wh.z * wh.z * wh.z)
     }
 }
 
@@ -89,70 +100,41 @@ impl Brdf for TableBrdf {
         if wi.z <= 0.0 {
             return None;
         }
-        // The second number picks the node and core, and what is left of it the place inside the cell.
-        let mut left = u[1];
-        let mut node = None;
-        for (n, w) in self.table.node_weights(wi) {
-            if left < w {
-                left /= w;
-                node = Some(n);
-                break;
-            }
-            left -= w;
-        }
-        // Rounding of the weights' sum can leave a hair beyond the last one.
-        let node = match node {
-            Some(n) => n,
-            None => {
-                left = 0.5;
-                self.table.node_weights(wi)[0].0
-            }
-        };
+        let incident = self.table.incident(wi);
+        // The second number picks the node and the core, and what is left of it the place inside the cell.
+        let (node, left) = pick(&incident.nodes, u[1]);
         let core = self.core[node];
         if left < core {
-            let probability = self.core_probability(wi);
-            let wo = DVec3::new(-wi.x, -wi.y, wi.z);
+            let probability: f64 = incident.nodes.iter().map(|&(n, w)| w * self.core[n]).sum();
             return Some(BrdfSample {
-                wo,
+                wo: DVec3::new(-wi.x, -wi.y, wi.z),
                 weight: self.table.core(wi) / probability,
                 pdf: f64::INFINITY,
                 specular: true,
             });
         }
-        left = (left - core) / (1.0 - core);
-        let (cell, along) = self.nodes[node].as_ref()?.draw(u[0]);
-        let (p, q) = self.table.cells.slope_in(cell, along, left);
-        let slope = self.table.from_cells(wi, DVec3::new(p, q, 0.0));
-        let f = facing(slope.x, slope.y, wi)?;
-        let wo = f.wo;
+        let along = (left - core) / (1.0 - core);
+        let (cell, across) = self.nodes[node].as_ref()?.draw(u[0]);
+        let (p, q) = self.table.cells.slope_in(cell, across, along);
+        let slope = incident.from_cells(DVec3::new(p, q, 0.0));
+        let wo = facing(slope.x, slope.y, wi)?.wo;
         if wo.z <= 0.0 {
             return None;
         }
-        let pdf = self.pdf(wi, wo);
-        if pdf <= 0.0 {
-            return None;
-        }
-        let weight = self.eval(wi, wo) * wo.z / pdf;
-        Some(BrdfSample { wo, weight, pdf, specular: false })
+        let pdf = self.pdf_from(&incident, wo);
+        (pdf > 0.0).then(|| BrdfSample {
+            wo,
+            weight: self.table.eval_from(&incident, wo) * wo.z / pdf,
+            pdf,
+            specular: false,
+        })
     }
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
         if wi.z <= 0.0 || wo.z <= 0.0 {
             return 0.0;
         }
-        let wh = half_vector(wi, wo);
-        let (p, q) = slope_of_half_vector(self.table.to_cells(wi, wh));
-        let cell = self.table.cells.locate(p, q);
-        let mut probability = 0.0;
-        for (n, w) in self.table.node_weights(wi) {
-            if w > 0.0
-                && let Some(alias) = &self.nodes[n]
-            {
-                probability += w * (1.0 - self.core[n]) * alias.probability(cell);
-            }
-        }
-        let cos_beta = wh.dot(wi);
-        probability * self.inverse_area[cell] / (4.0 * cos_beta * wh.z * wh.z * wh.z)
+        self.pdf_from(&self.table.incident(wi), wo)
     }
 
     fn albedo(&self, theta_i: f64) -> f64 {
@@ -162,4 +144,16 @@ impl Brdf for TableBrdf {
     fn specular_core(&self, wi: DVec3) -> f64 {
         self.table.core(wi)
     }
+}
+
+/// A node by its weight, and what is left of `u`.
+fn pick(nodes: &NodeWeights, mut u: f64) -> (usize, f64) {
+    for &(node, weight) in nodes {
+        if u < weight {
+            return (node, u / weight);
+        }
+        u -= weight;
+    }
+    // Rounding of the weights' sum can leave a hair beyond the last one.
+    (nodes[0].0, 0.5)
 }

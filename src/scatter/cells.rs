@@ -16,6 +16,11 @@ const MAX_SECTORS: u32 = 64;
 /// Slope of a facet at 89.5 deg; whatever is steeper falls into the last ring.
 const STEEPEST: f64 = 115.0;
 
+/// Quadrature points of a cell.
+pub const POINTS: usize = 8;
+/// Node of the two-point Gauss-Legendre rule on [-1, 1].
+const GAUSS_2: f64 = 0.577_350_269_189_625_8;
+
 /// Elliptical rings and sectors over the slope plane, following the lobe of one surface.
 ///
 /// A slope `(p, q)` has coordinates `(rho, chi)`: `rho e^(i chi) = R(-angle) (p - p0, q - q0) / (s1, s2)`.
@@ -34,6 +39,8 @@ pub struct HalfVectorCells {
     pub sectors: Vec<u32>,
     /// Index of each ring's sector 0; one more entry than rings, the last is the number of cells.
     first: Vec<usize>,
+    /// Cosine and sine of `angle`.
+    axis: [f64; 2],
 }
 
 /// Interpolation stencil: up to four cells and their weights, which sum to 1.
@@ -92,7 +99,8 @@ impl HalfVectorCells {
         for &n in &sectors {
             first.push(first[first.len() - 1] + n as usize);
         }
-        HalfVectorCells { centre, scale, angle, edges, sectors, first }
+        let (sin, cos) = angle.sin_cos();
+        HalfVectorCells { centre, scale, angle, edges, sectors, first, axis: [cos, sin] }
     }
 
     /// Number of cells.
@@ -136,20 +144,34 @@ impl HalfVectorCells {
         let (r0, r1) = (self.edges[ring], self.edges[ring + 1]);
         let rho = (r0 * r0 + a * (r1 * r1 - r0 * r0)).sqrt();
         let sector = (cell - self.first[ring]) as f64;
-        let chi = TAU * (sector + b - 0.5) / f64::from(self.sectors[ring]);
-        let (s, c) = chi.sin_cos();
-        let (x, y) = (self.scale[0] * rho * c, self.scale[1] * rho * s);
-        let (sin, cos) = self.angle.sin_cos();
-        (self.centre[0] + cos * x - sin * y, self.centre[1] + sin * x + cos * y)
+        self.slope_at(rho, TAU * (sector + b - 0.5) / f64::from(self.sectors[ring]))
     }
 
-    /// Nine midpoints of equal area.
-    pub fn points(&self, cell: usize) -> [CellPoint; 9] {
-        let area = self.area(cell) / 9.0;
+    /// Quadrature points: two-point Gauss in rho on each side of the ring's centre line, one midpoint in chi on each side of
+    /// the sector's. Exact for the piecewise linear interpolation of [`HalfVectorCells::stencil`].
+    pub fn points(&self, cell: usize) -> [CellPoint; POINTS] {
+        let ring = self.ring_of_cell(cell);
+        let (r0, r1) = (self.edges[ring], self.edges[ring + 1]);
+        let middle = if ring == 0 { 0.5 * (r0 + r1) } else { self.ring_centre(ring) };
+        let sector = (cell - self.first[ring]) as f64;
+        let n = f64::from(self.sectors[ring]);
+        let unit = self.scale[0] * self.scale[1] * TAU / n / 2.0;
         std::array::from_fn(|k| {
-            let (p, q) = self.slope_in(cell, (k / 3) as f64 / 3.0 + 1.0 / 6.0, (k % 3) as f64 / 3.0 + 1.0 / 6.0);
-            CellPoint { p, q, area }
+            let (from, to) = if k < 4 { (r0, middle) } else { (middle, r1) };
+            let side = if k % 4 < 2 { -GAUSS_2 } else { GAUSS_2 };
+            let rho = 0.5 * (from + to) + 0.5 * (to - from) * side;
+            let chi = TAU * (sector + if k % 2 == 0 { -0.25 } else { 0.25 }) / n;
+            let (p, q) = self.slope_at(rho, chi);
+            CellPoint { p, q, area: unit * rho * 0.5 * (to - from) }
         })
+    }
+
+    #[inline]
+    fn slope_at(&self, rho: f64, chi: f64) -> (f64, f64) {
+        let (s, c) = chi.sin_cos();
+        let (x, y) = (self.scale[0] * rho * c, self.scale[1] * rho * s);
+        let [cos, sin] = self.axis;
+        (self.centre[0] + cos * x - sin * y, self.centre[1] + sin * x + cos * y)
     }
 
     /// Cells and weights whose weighted values interpolate at `(p, q)`: linear in rho between ring centres,
@@ -193,7 +215,7 @@ impl HalfVectorCells {
     #[inline]
     fn polar(&self, p: f64, q: f64) -> (f64, f64) {
         let (dp, dq) = (p - self.centre[0], q - self.centre[1]);
-        let (sin, cos) = if self.angle == 0.0 { (0.0, 1.0) } else { self.angle.sin_cos() };
+        let [cos, sin] = self.axis;
         let x = (cos * dp + sin * dq) / self.scale[0];
         let y = (cos * dq - sin * dp) / self.scale[1];
         (x.hypot(y), y.atan2(x))
@@ -292,6 +314,10 @@ mod tests {
     #[test]
     fn areas_tile_the_ellipse() {
         let cells = tilted();
+        for cell in 0..cells.len() {
+            let area: f64 = cells.points(cell).iter().map(|x| x.area).sum();
+            assert!((area / cells.area(cell) - 1.0).abs() < 1e-12);
+        }
         let sum: f64 = (0..cells.len()).map(|c| cells.area(c)).sum();
         let rho = cells.edges[cells.edges.len() - 1];
         assert!((sum / (std::f64::consts::PI * rho * rho * 0.1 * 0.02) - 1.0).abs() < 1e-12);

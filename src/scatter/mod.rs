@@ -9,5 +9,5 @@ pub mod slope_histogram;
 pub mod tally;
 
 pub use cells::HalfVectorCells;
-pub use choice::{Method, Options, Scatter, Symmetry, scatter};
+pub use choice::{Decision, Method, Options, Scatter, Symmetry, scatter};
 pub use tally::Tally;

@@ -22,10 +22,13 @@ const AZIMUTHS: usize = 24;
 /// multiplied by `b`, which is 1 at the nodes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Balance {
-    theta_i: Vec<f64>,
+    /// Tangents of the incident angles.
+    tangents: Vec<f64>,
     azimuths: usize,
     /// `[theta][azimuth]`.
     factor: Vec<f64>,
+    /// Energy a mirror surface would send out at each node.
+    pub own: Vec<f64>,
 }
 
 impl Balance {
@@ -77,13 +80,13 @@ impl Balance {
                 if held > 1e-9 * wanted { wanted / held } else { 0.0 }
             })
             .collect();
-        Balance { theta_i, azimuths, factor }
+        Balance { tangents: theta_i.iter().map(|t| t.tan()).collect(), azimuths, factor, own }
     }
 
     /// `b(wi)`, interpolated.
     #[inline]
     pub fn at(&self, wi: DVec3) -> f64 {
-        let (t0, t1, u) = bracket(&self.theta_i, frame::theta(wi));
+        let (t0, t1, u) = bracket(&self.tangents, wi.x.hypot(wi.y) / wi.z);
         if self.azimuths == 1 {
             return self.factor[t0] + u * (self.factor[t1] - self.factor[t0]);
         }

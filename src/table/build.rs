@@ -4,7 +4,7 @@ use super::balance::Balance;
 use super::{Node, Provenance, Table};
 use crate::math::direction;
 use crate::optics::Material;
-use crate::scatter::cells::{HalfVectorCells, Stencil, cell_weight, facing};
+use crate::scatter::cells::{HalfVectorCells, POINTS, Stencil, cell_weight, facing};
 use crate::scatter::{Method, Scatter, Tally};
 use glam::DVec3;
 
@@ -18,13 +18,14 @@ impl Table {
     pub fn from_scatter(scatter: &Scatter, provenance: Provenance) -> Table {
         let cells = &scatter.cells;
         let n = cells.len();
-        let stencils: Vec<[Stencil; 9]> =
+        let stencils: Vec<[Stencil; POINTS]> =
             (0..n).map(|k| cells.points(k).map(|point| cells.stencil(point.p, point.q))).collect();
         let mut table = Table {
             cells: cells.clone(),
             isotropic: scatter.isotropic,
             material: scatter.material,
             theta_i: scatter.theta_i.clone(),
+            tangents: scatter.theta_i.iter().map(|t| t.tan()).collect(),
             phi_i: scatter.phi_i.clone(),
             density: Vec::new(),
             relative_error: Vec::new(),
@@ -44,7 +45,7 @@ impl Table {
                 if scatter.isotropic {
                     density = (0..n).map(|k| 0.5 * (density[k] + density[cells.mirrored(k)])).collect();
                 }
-                keep_cell_means(&mut density, &stencils);
+                keep_cell_means(cells, &mut density, &stencils);
                 keep_energy(cells, &mut density, &stencils, tally, wi, &scatter.material);
                 table.relative_error.extend((0..n).map(|k| relative_error(scatter, tally, k, by_subarea[k])));
                 table.density.extend(density);
@@ -110,10 +111,15 @@ fn cell_densities(
 
 /// One step of the iteration `T <- T + (T_k - mean of interpolated T over cell k)`: linear interpolation of cell means
 /// widens a lobe by a quarter of the squared cell width, this takes the widening back.
-fn keep_cell_means(density: &mut [f64], stencils: &[[Stencil; 9]]) {
+fn keep_cell_means(cells: &HalfVectorCells, density: &mut [f64], stencils: &[[Stencil; POINTS]]) {
     let means: Vec<f64> = stencils
         .iter()
-        .map(|points| points.iter().map(|s| interpolate(density, s)).sum::<f64>() / points.len() as f64)
+        .enumerate()
+        .map(|(k, stencils)| {
+            let points = cells.points(k);
+            let held: f64 = points.iter().zip(stencils).map(|(p, s)| p.area * interpolate(density, s)).sum();
+            held / cells.area(k)
+        })
         .collect();
     for (t, mean) in density.iter_mut().zip(means) {
         *t = (2.0 * *t - mean).max(0.0);
@@ -124,7 +130,7 @@ fn keep_cell_means(density: &mut [f64], stencils: &[[Stencil; 9]]) {
 fn keep_energy(
     cells: &HalfVectorCells,
     density: &mut [f64],
-    stencils: &[[Stencil; 9]],
+    stencils: &[[Stencil; POINTS]],
     tally: &Tally,
     wi: DVec3,
     material: &Material,
@@ -141,11 +147,11 @@ fn share(tally: &Tally, cell: usize) -> f64 {
     if tally.incident > 0.0 { tally.energy[cell] / tally.incident } else { 0.0 }
 }
 
-/// `integral over the cell of R(beta) T cb / (ch ci) dp dq` above the horizon, by nine midpoints.
+/// `integral over the cell of R(beta) T cb / (ch ci) dp dq` above the horizon, by the points of [`HalfVectorCells::points`].
 fn cell_energy(
     cells: &HalfVectorCells,
     density: &[f64],
-    stencils: &[Stencil; 9],
+    stencils: &[Stencil; POINTS],
     cell: usize,
     wi: DVec3,
     material: &Material,

@@ -174,6 +174,7 @@ impl Table {
             cells,
             isotropic: header.isotropic,
             material: header.material,
+            tangents: theta_i.iter().map(|t| t.tan()).collect(),
             theta_i,
             phi_i,
             density,

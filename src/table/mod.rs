@@ -5,6 +5,8 @@ mod build;
 mod eval;
 mod file;
 
+pub(crate) use eval::Incident;
+pub use eval::NodeWeights;
 pub use file::FORMAT_VERSION;
 
 use crate::optics::Material;
@@ -48,6 +50,8 @@ pub struct Table {
     pub(crate) material: Material,
     /// Incident polar angles [rad], rising.
     pub(crate) theta_i: Vec<f64>,
+    /// Their tangents.
+    pub(crate) tangents: Vec<f64>,
     /// Source azimuths [rad], rising; one if isotropic or if nothing is hidden.
     pub(crate) phi_i: Vec<f64>,
     /// `T` at the cell centres, `[theta][phi][cell]`.
@@ -116,7 +120,7 @@ impl Table {
         self.subarea_ratio.len()
     }
 
-    /// The table of one sub-area of the map: same nodes, its own slope density.
+    /// The table of one sub-area of the map: same nodes and the same energy, its own slope density.
     ///
     /// # Panics
     /// If `k` is not below [`Table::subareas`].
@@ -124,8 +128,17 @@ impl Table {
         let ratio = &self.subarea_ratio[k];
         let n = self.cells.len();
         let mut table = self.clone();
-        table.density.chunks_mut(n).for_each(|t| t.iter_mut().zip(ratio).for_each(|(t, r)| *t *= r));
         table.subarea_ratio.clear();
+        table.density.chunks_mut(n).for_each(|t| t.iter_mut().zip(ratio).for_each(|(t, r)| *t *= r));
+        table.balance = balance::Balance::of(&table);
+        // A sub-area has other slopes, not another amount of light.
+        for node in 0..table.nodes.len() {
+            let (own, whole) = (table.balance.own[node], self.balance.own[node]);
+            if own > 0.0 {
+                let range = table.node_range(node);
+                table.density[range].iter_mut().for_each(|t| *t *= whole / own);
+            }
+        }
         table.balance = balance::Balance::of(&table);
         table
     }
