@@ -179,7 +179,7 @@ impl<'a> Scene<'a> {
         match id {
             Id::Quad(i) => (self.quads[i].normal, self.quads[i].tangent),
             Id::Sphere(i) => {
-                let normal = ((point - self.spheres[i].centre) / self.spheres[i].radius).normalize();
+                let normal = (point - self.spheres[i].centre).normalize();
                 // Along the parallels of latitude; any direction will do at the poles.
                 (normal, DVec3::new(-normal.y, normal.x, 0.0).try_normalize().unwrap_or(DVec3::X))
             }

@@ -71,13 +71,9 @@ impl Quad {
     /// `t = (corner - origin) . n / (direction . n)` [m] if the ray meets the quad before `t_max`.
     #[inline]
     pub fn intersect(&self, ray: &Ray, t_max: f64) -> Option<f64> {
-        let (height, slope) = (self.offset - self.normal.dot(ray.origin), self.normal.dot(ray.direction));
-        // Going away from the plane, or along it: most rays end here, before the division. NaN ends here too.
-        if !(height * slope > 0.0) {
-            return None;
-        }
-        let t = height / slope;
-        if t >= t_max {
+        let t = (self.offset - self.normal.dot(ray.origin)) / self.normal.dot(ray.direction);
+        // A ray in the plane gives an infinity or a NaN: both fail this comparison.
+        if !(t > 0.0 && t < t_max) {
             return None;
         }
         let [u, v] = self.uv(ray.at(t));
@@ -131,14 +127,15 @@ impl Sphere {
     pub fn intersect(&self, ray: &Ray, t_max: f64) -> Option<f64> {
         let m = ray.origin - self.centre;
         let b = m.dot(ray.direction);
+        let across = m - b * ray.direction;
+        let discriminant = self.radius * self.radius - across.length_squared();
+        // Most spheres are missed: this exit comes first because it is the one a processor predicts.
+        if discriminant < 0.0 {
+            return None;
+        }
         let c = m.length_squared() - self.radius * self.radius;
         // Outside and going away.
         if c > 0.0 && b > 0.0 {
-            return None;
-        }
-        let across = m - b * ray.direction;
-        let discriminant = self.radius * self.radius - across.length_squared();
-        if discriminant < 0.0 {
             return None;
         }
         let root = discriminant.sqrt();
