@@ -4,7 +4,7 @@ use super::camera::Camera;
 use super::film::{Film, Pixel, Tally};
 use super::scene::{Finish, Id, Material, Scene};
 use super::shape::Ray;
-use super::stream::PathStream;
+use super::stream::{PathStream, PixelStream, SobolTable};
 use crate::error::{Error, Result};
 use crate::math::frame::DVec3;
 use rayon::prelude::*;
@@ -71,10 +71,12 @@ pub fn render(
         return Err(Error::parameter("a picture needs at least one sample per pixel", "try 256"));
     }
     let mut film = Film::new(options.width, options.height)?;
+    let table = SobolTable::new(options.samples_per_pixel);
     let rows_done = AtomicUsize::new(0);
     film.pixels_mut().par_chunks_mut(options.width).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
-            *pixel = expose(scene, camera, options, x, y);
+            let numbers = PixelStream::new(&table, options.seed, (y * options.width + x) as u64);
+            *pixel = expose(scene, camera, options, [x, y], numbers);
         }
         let done = rows_done.fetch_add(1, Ordering::Relaxed) + 1;
         progress(done as f64 / options.height as f64);
@@ -89,13 +91,14 @@ pub fn render(
     Ok(film)
 }
 
-fn expose(scene: &Scene, camera: &Camera, options: &RenderOptions, x: usize, y: usize) -> Pixel {
+fn expose(scene: &Scene, camera: &Camera, options: &RenderOptions, at: [usize; 2], mut numbers: PixelStream) -> Pixel {
     let mut tally = Tally::default();
-    let number = (y * options.width + x) as u64;
+    let (column, row) = (at[0] as f64, at[1] as f64);
+    let (step_x, step_y) = (1.0 / options.width as f64, 1.0 / options.height as f64);
     for index in 0..options.samples_per_pixel {
-        let mut stream = PathStream::new(options.seed, number, index);
+        let mut stream = numbers.path(index);
         let [dx, dy] = stream.pair();
-        let ray = camera.ray((x as f64 + dx) / options.width as f64, (y as f64 + dy) / options.height as f64);
+        let ray = camera.ray((column + dx) * step_x, (row + dy) * step_y);
         tally.add(trace(scene, ray, &mut stream, options));
     }
     tally.pixel()

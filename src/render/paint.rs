@@ -67,17 +67,18 @@ fn cell(x: f64, count: u32) -> (u32, f64) {
     (index, scaled - f64::from(index))
 }
 
-/// Position within the bar and its gap: pair k spans `[S_k, S_k+1]`, `S_k = (1 - q^k) / (1 - q^n)`.
+/// Position within the bar and its gap: pair k is `q^k (1 - q) / (1 - q^n)` wide.
 fn bar_fraction(u: f64, count: u32, ratio: f64) -> f64 {
-    if (ratio - 1.0).abs() < 1e-9 {
-        return cell(u, count).1;
+    let total = if ratio == 1.0 { f64::from(count) } else { (1.0 - ratio.powf(f64::from(count))) / (1.0 - ratio) };
+    let (mut rest, mut width) = (u.clamp(0.0, 1.0) * total, 1.0);
+    for _ in 1..count {
+        if rest < width {
+            break;
+        }
+        rest -= width;
+        width *= ratio;
     }
-    let whole = 1.0 - ratio.powf(f64::from(count));
-    let position = (1.0 - u.clamp(0.0, 1.0) * whole).ln() / ratio.ln();
-    let k = position.floor().clamp(0.0, f64::from(count - 1));
-    let start = (1.0 - ratio.powf(k)) / whole;
-    let width = ratio.powf(k) * (1.0 - ratio) / whole;
-    (u - start) / width
+    rest / width
 }
 
 /// A colour (linear RGB) at each point of a shape: `bright` where the pattern is bright, `dark` elsewhere.

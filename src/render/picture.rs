@@ -45,8 +45,11 @@ impl Picture {
 
     /// The bytes of a pixel, `None` outside the picture.
     pub(super) fn pixel_mut(&mut self, x: usize, y: usize) -> Option<&mut [u8; 3]> {
+        if x >= self.width || y >= self.height {
+            return None;
+        }
         let start = 3 * (y * self.width + x);
-        (x < self.width).then(|| self.rgb.get_mut(start..start + 3)?.try_into().ok())?
+        self.rgb.get_mut(start..start + 3)?.try_into().ok()
     }
 
     /// `255 sRGB(exposure L)`, `exposure` in m2 sr/W, clipped at 0 and 1, with the film's top left at `(x, y)`.
@@ -59,6 +62,18 @@ impl Picture {
             let rounding = dither(column, row);
             for (byte, radiance) in bytes.iter_mut().zip(pixel.radiance) {
                 *byte = (255.0 * srgb(exposure * f64::from(radiance)) + rounding) as u8;
+            }
+        }
+    }
+
+    /// A frame of one pixel just outside the rectangle of `width` x `height` at `(x, y)`.
+    pub fn draw_frame(&mut self, x: usize, y: usize, width: usize, height: usize, ink: [u8; 3]) {
+        let (left, top) = (x.wrapping_sub(1), y.wrapping_sub(1));
+        let across = (0..width + 2).flat_map(|i| [(left.wrapping_add(i), top), (left.wrapping_add(i), y + height)]);
+        let down = (0..height).flat_map(|i| [(left, y + i), (x + width, y + i)]);
+        for (column, row) in across.chain(down) {
+            if let Some(bytes) = self.pixel_mut(column, row) {
+                *bytes = ink;
             }
         }
     }
@@ -90,7 +105,11 @@ impl Picture {
 
 /// `12.92 x` below 0.0031308, else `1.055 x^(1/2.4) - 0.055`, for `x` clipped to `[0, 1]` (IEC 61966-2-1, 1999).
 pub fn srgb(linear: f64) -> f64 {
-    let x = linear.clamp(0.0, 1.0);
+    // The branch below misses 1 by a rounding error.
+    if linear >= 1.0 {
+        return 1.0;
+    }
+    let x = linear.max(0.0);
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }
 
@@ -172,6 +191,11 @@ mod tests {
         let mut picture = Picture::filled(2, 2, [9, 9, 9]);
         picture.draw_film(&film, 1, 1, 1.0);
         assert_eq!(picture.rgb(), [9, 9, 9, 9, 9, 9, 9, 9, 9, 0, 0, 0]);
+        let mut framed = Picture::filled(4, 3, [0; 3]);
+        framed.draw_frame(1, 1, 2, 1, [1; 3]);
+        framed.draw_frame(0, 0, 9, 9, [2; 3]);
+        let first: Vec<u8> = framed.rgb().iter().step_by(3).copied().collect();
+        assert_eq!(first, [1, 1, 1, 1, 1, 0, 0, 1, 1, 1, 1, 1]);
         assert!(picture.pixel_mut(2, 0).is_none() && picture.pixel_mut(0, 2).is_none());
     }
 }

@@ -100,10 +100,11 @@ impl<'a> Scene<'a> {
         }
         let id = self.place(shape, Finish::Emits(self.lights.len()));
         self.lights.push(Light { id, radiance, intensity, probability: 0.0, cumulative: 0.0 });
-        let total: f64 = self.lights.iter().map(|l| l.intensity).sum();
+        let (count, total) = (self.lights.len() as f64, self.lights.iter().map(|l| l.intensity).sum::<f64>());
         let mut cumulative = 0.0;
         for light in &mut self.lights {
-            light.probability = light.intensity / total;
+            // Half by intensity, half evenly: a small bright lamp matters more in a mirror than its power tells.
+            light.probability = 0.5 * light.intensity / total + 0.5 / count;
             cumulative += light.probability;
             light.cumulative = cumulative;
         }
@@ -178,7 +179,7 @@ impl<'a> Scene<'a> {
         match id {
             Id::Quad(i) => (self.quads[i].normal, self.quads[i].tangent),
             Id::Sphere(i) => {
-                let normal = ((point - self.spheres[i].centre) / self.spheres[i].radius).normalize();
+                let normal = (point - self.spheres[i].centre).normalize();
                 // Along the parallels of latitude; any direction will do at the poles.
                 (normal, DVec3::new(-normal.y, normal.x, 0.0).try_normalize().unwrap_or(DVec3::X))
             }
@@ -205,7 +206,7 @@ impl<'a> Scene<'a> {
         self.lights[light].radiance.colour(|| self.uv(hit.id, point))
     }
 
-    /// Draws a light by its intensity, then a direction towards it; `None` if there is no light or it shows its back.
+    /// Draws a light, then a direction towards it; `None` if there is no light or it shows its back.
     #[inline]
     pub(super) fn sample_light(&self, from: DVec3, mut u: [f64; 2]) -> Option<LightSample> {
         let last = self.lights.len().checked_sub(1)?;
@@ -303,8 +304,8 @@ mod tests {
             let pdf = scene.light_pdf(light, DVec3::ZERO, sample.direction, sample.distance);
             assert!((pdf / sample.pdf - 1.0).abs() < 1e-12);
         }
-        // Intensities 4 m2 * 0.5 and pi 0.25 m2 * 5.
-        let expected = 1000.0 * 2.0 / (2.0 + 1.25 * std::f64::consts::PI);
+        // Intensities 4 m2 * 0.5 and pi 0.25 m2 * 5; half of the draws go evenly.
+        let expected = 250.0 + 500.0 * 2.0 / (2.0 + 1.25 * std::f64::consts::PI);
         assert!((f64::from(seen[0]) - expected).abs() <= 1.0, "{seen:?}");
         assert!(scene.add_emitter(square(1.0), Paint::plain(DVec3::ZERO).unwrap()).is_err());
     }

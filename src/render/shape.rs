@@ -129,10 +129,12 @@ impl Sphere {
         let b = m.dot(ray.direction);
         let across = m - b * ray.direction;
         let discriminant = self.radius * self.radius - across.length_squared();
+        // Most spheres are missed: this exit comes first because it is the one a processor predicts.
         if discriminant < 0.0 {
             return None;
         }
         let c = m.length_squared() - self.radius * self.radius;
+        // Outside and going away.
         if c > 0.0 && b > 0.0 {
             return None;
         }

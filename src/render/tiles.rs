@@ -201,6 +201,7 @@ fn compose(tiles: &[Tile], films: &[Film], options: &TilesOptions, exposure: f64
         let (x, y) = (MARGIN + (i % columns) * (width + GAP), top + (i / columns) * pitch);
         film.paste(panel, x, y);
         picture.draw_film(panel, x, y, exposure);
+        picture.draw_frame(x, y, width, height, INK);
         let mut line_top = y + height + GAP / 2;
         for (lettering, line) in lines {
             let centred = x + (width - lettering.text_width(line).min(width)) / 2;
