@@ -1,6 +1,7 @@
 #![forbid(unsafe_code)]
 //! asperity
 
+pub mod chart;
 pub mod error;
 pub mod heightmap;
 pub mod math;
