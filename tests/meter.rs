@@ -150,6 +150,39 @@ fn gloss_against_alpha() {
     }
 }
 
+#[test]
+fn gloss_against_phong_exponent() {
+    let Some(table) = reference::table("gloss_vs_phong.csv") else { return };
+    for row in table.rows() {
+        // rho_s = R(20 deg) of the standard.
+        let got = three(
+            &format!("phong:rho_s={},exponent={}", fresnel::dielectric(20f64.to_radians().cos(), 1.567), row["n"]),
+            &fine(),
+        );
+        for (e, angle) in got.iter().zip(ANGLES) {
+            let want = row[&format!("G{angle}")];
+            assert!((e.value - want).abs() < 0.02, "exponent {} at {angle}: {e:?} {want}", row["n"]);
+        }
+    }
+}
+
+/// TV19: the lobe of Ward 1992 reflects `rho_s cos_theta_i`, whatever its width; and the table of its gloss.
+#[test]
+fn ward_has_a_ceiling() {
+    let rho = fresnel::dielectric(20f64.to_radians().cos(), 1.567);
+    for alpha in [0.0, 0.0005, 0.002] {
+        check(&format!("ward:rho_s={rho},alpha={alpha}"), [93.959, 24.520, 0.6925], 0.01, &fine());
+    }
+    let Some(table) = reference::table("gloss_vs_alpha.csv") else { return };
+    for row in table.rows() {
+        let got = three(&format!("ward:rho_s={rho},alpha={}", row["alpha"]), &fine());
+        for (e, angle) in got.iter().zip(ANGLES) {
+            let want = row[&format!("ward92_G{angle}")];
+            assert!((e.value - want).abs() < 0.02, "alpha {} at {angle}: {e:?} {want}", row["alpha"]);
+        }
+    }
+}
+
 /// The default options keep their word: 0.05 gloss units, and errors of the size they report.
 #[test]
 fn default_accuracy() {

@@ -3,10 +3,10 @@
 mod flux;
 pub mod geometry;
 pub mod gloss;
-pub mod surface;
 mod grid;
 mod overlap;
 mod plan;
+pub mod surface;
 pub mod validity;
 
 pub use geometry::Geometry;

@@ -1,12 +1,12 @@
 //! Directional albedo by quadrature over half vectors, and its table over `theta_i`.
 
 use crate::math::quadrature::gauss_legendre;
-use crate::math::{direction, frame::theta, reflect};
+use crate::math::{direction, reflect};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::LazyLock;
 
-/// Nodes of the table. The spacing shrinks towards grazing, where shadowing turns over within a degree.
+/// Nodes of the table.
 const NODES: usize = 65;
 /// Directions round the lobe (trapezoid rule of a periodic function) and nodes along each.
 const AROUND: usize = 256;
@@ -35,19 +35,38 @@ pub fn half_vector_average(
         // c = v^2 makes t smooth in v at the centre of the lobe.
         let v_max = distribution(limit).sqrt();
         for &(node, w) in ALONG.iter() {
-            let v = v_max * (node + 1.0) / 2.0;
+            // Nodes crowd towards the tail, where t grows as the root of a logarithm.
+            let rest = 0.5 * (1.0 - node);
+            let v = v_max * (1.0 - rest.powi(3));
             let t = radius((v * v).min(1.0 - f64::EPSILON));
             let wh = DVec3::new(x * t, y * t, 1.0).normalize();
             let wo = reflect(wi, wh);
             if wo.z > 0.0 {
-                sum += w * v * v_max * weight(wh, wo);
+                sum += 3.0 * rest * rest * w * v * v_max * weight(wh, wo);
             }
         }
     }
     sum / AROUND as f64
 }
 
-/// A function of `theta_i`, tabulated once and read by cubic interpolation.
+/// `int max(0, cos_theta_r) du dchi / (2 pi)`: mean cosine of rays about the axis `r`, `1 - cos a = versine(u)` with `u` and `chi` uniform.
+pub fn ray_average(r: DVec3, versine: impl Fn(f64) -> f64) -> f64 {
+    let horizontal = r.x.hypot(r.y);
+    let mut sum = 0.0;
+    for k in 0..AROUND {
+        let chi = (TAU * (k as f64 + 0.5) / AROUND as f64).cos();
+        for &(node, w) in ALONG.iter() {
+            // u = v^2 makes the angle smooth in v at the centre of the lobe.
+            let v = (node + 1.0) / 2.0;
+            let versine = versine((v * v).min(1.0 - f64::EPSILON));
+            let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
+            sum += w * v * ((1.0 - versine) * r.z - sin * horizontal * chi).max(0.0);
+        }
+    }
+    sum / AROUND as f64
+}
+
+/// A function of `theta_i`, tabulated once and read by interpolation.
 #[derive(Debug, Clone)]
 pub struct AlbedoTable {
     values: Vec<f64>,
@@ -64,25 +83,34 @@ impl AlbedoTable {
         AlbedoTable { values: (0..NODES).map(value).collect() }
     }
 
-    /// Value at `theta_i` [rad] by Catmull and Rom's cubic in the table's own coordinate.
+    /// Value at `theta_i` [rad], by Lagrange's polynomial through the six nearest nodes in the table's own coordinate.
     pub fn at(&self, theta_i: f64) -> f64 {
-        let theta_i = theta(direction(theta_i, 0.0)).clamp(0.0, FRAC_PI_2);
-        let s = (1.0 - (1.0 - theta_i / FRAC_PI_2).max(0.0).sqrt()) * (NODES - 1) as f64;
-        let k = (s as usize).min(NODES - 2);
-        let f = s - k as f64;
-        let (v, last) = (&self.values, NODES - 1);
-        // At the ends the missing neighbour continues the last step.
-        let before = if k > 0 { v[k - 1] } else { 2.0 * v[0] - v[1] };
-        let after = if k + 2 <= last { v[k + 2] } else { 2.0 * v[last] - v[last - 1] };
-        let (a, b) = (v[k], v[k + 1]);
-        let (da, db) = ((b - before) / 2.0, (after - a) / 2.0);
-        let (f2, f3) = (f * f, f * f * f);
-        (2.0 * f3 - 3.0 * f2 + 1.0) * a + (f3 - 2.0 * f2 + f) * da + (3.0 * f2 - 2.0 * f3) * b + (f3 - f2) * db
+        let theta_i = theta_i.abs().min(LAST);
+        let s = coordinate(theta_i);
+        let first = (s as usize).saturating_sub(STENCIL / 2 - 1).min(NODES - STENCIL);
+        let node = |k: usize| if first + k == NODES - 1 { coordinate(LAST) } else { (first + k) as f64 };
+        (0..STENCIL)
+            .map(|k| {
+                let others = (0..STENCIL).filter(|&j| j != k);
+                self.values[first + k] * others.map(|j| (s - node(j)) / (node(k) - node(j))).product::<f64>()
+            })
+            .sum()
     }
 }
 
-/// `theta = 90 deg (1 - (1 - s)^2)`, ending a hair above the horizon where formulas still hold.
+/// Nodes that one value is read from.
+const STENCIL: usize = 6;
+
+/// Last node: a hair above the horizon, where formulas still hold.
+const LAST: f64 = FRAC_PI_2 - 1e-4;
+
+/// The table's own coordinate: `theta = 90 deg (1 - (1 - s / (NODES - 1))^2)`, so that the spacing shrinks towards grazing.
+fn coordinate(theta: f64) -> f64 {
+    (1.0 - (1.0 - theta / FRAC_PI_2).max(0.0).sqrt()) * (NODES - 1) as f64
+}
+
+/// Angle of node `k`.
 fn node_angle(k: usize) -> f64 {
     let s = k as f64 / (NODES - 1) as f64;
-    (FRAC_PI_2 * (1.0 - (1.0 - s) * (1.0 - s))).min(FRAC_PI_2 - 1e-4)
+    (FRAC_PI_2 * (1.0 - (1.0 - s) * (1.0 - s))).min(LAST)
 }

@@ -1,7 +1,7 @@
 //! A lobe over a diffuse floor: `f_r = rho_d / pi + f_lobe`.
 //!
 //! Sampling picks the floor with probability `rho_d / (rho_d + rho_s)` and reports the density of the mixture, so
-//! the weight uses the whole `f_r` (Veach 1997, section 9.2.4). The lobe must not have a specular core.
+//! the weight uses the whole `f_r` (Veach 1997, section 9.2.4). A specular core of the lobe stays a branch of its own.
 
 use super::lambert::{Lambert, cosine_direction};
 use crate::optics::{Brdf, BrdfSample};
@@ -35,7 +35,11 @@ impl<B: Brdf> Brdf for WithFloor<B> {
         let wo = if u[0] < self.share {
             cosine_direction([u[0] / self.share, u[1]])
         } else {
-            self.lobe.sample(wi, [(u[0] - self.share) / (1.0 - self.share), u[1]])?.wo
+            let draw = self.lobe.sample(wi, [(u[0] - self.share) / (1.0 - self.share), u[1]])?;
+            if draw.specular {
+                return Some(BrdfSample { weight: draw.weight / (1.0 - self.share), ..draw });
+            }
+            draw.wo
         };
         let pdf = self.pdf(wi, wo);
         (pdf > 0.0 && wo.z > 0.0).then(|| BrdfSample {
@@ -52,5 +56,9 @@ impl<B: Brdf> Brdf for WithFloor<B> {
 
     fn albedo(&self, theta_i: f64) -> f64 {
         self.floor.rho + self.lobe.albedo(theta_i)
+    }
+
+    fn specular_core(&self, wi: DVec3) -> f64 {
+        self.lobe.specular_core(wi)
     }
 }

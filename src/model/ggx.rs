@@ -17,7 +17,7 @@
 //! Sampling visible GGX normals with spherical caps, Computer Graphics Forum 42(8), 2023.
 
 use super::beckmann::ROUGH_INTERFACE;
-use super::microfacet::{Microfacet, Shape, smith_lambda};
+use super::microfacet::{Microfacet, Shape};
 use super::registry::Entry;
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, TAU};
@@ -70,9 +70,5 @@ impl Shape for GgxSlopes {
         let (s, c) = (TAU * u[1]).sin_cos();
         let h = DVec3::new(radius * c, radius * s, z) + stretched;
         DVec3::new(alpha[0] * h.x, alpha[1] * h.y, h.z.max(0.0)).try_normalize().unwrap_or(DVec3::Z)
-    }
-
-    fn reflected_pdf(alpha: [f64; 2], wi: DVec3, _wh: DVec3, d: f64, _cos_beta: f64) -> f64 {
-        d / (4.0 * wi.z * (1.0 + smith_lambda::<Self>(alpha, wi)))
     }
 }

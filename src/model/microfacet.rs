@@ -36,12 +36,8 @@ pub trait Shape: Copy + Default + Send + Sync + std::fmt::Debug {
     /// Smith `Lambda` at `v = cot theta / alpha(phi)`.
     fn lambda(v: f64) -> f64;
 
-    /// Draws a facet normal seen from `wi`.
+    /// Draws a facet normal as seen from `wi`: density `D G1(wi) cos_beta / cos_theta_i` per steradian.
     fn sample_normal(alpha: [f64; 2], wi: DVec3, u: [f64; 2]) -> DVec3;
-
-    /// Density per steradian of [`Shape::sample_normal`] over `4 cos beta`, i.e. of the reflected direction.
-    /// `d` is `D(wh)`, `cos_beta = wi . wh`.
-    fn reflected_pdf(alpha: [f64; 2], wi: DVec3, wh: DVec3, d: f64, cos_beta: f64) -> f64;
 }
 
 /// Rough interface with slope distribution `S`.
@@ -51,6 +47,11 @@ pub struct Microfacet<S: Shape> {
     material: Material,
     albedo: OnceLock<AlbedoTable>,
     shape: std::marker::PhantomData<S>,
+}
+
+/// Both zero if both are below [`ALPHA_CORE`], else each raised to it.
+pub fn floor_alpha(alpha: [f64; 2]) -> [f64; 2] {
+    if alpha[0].max(alpha[1]) < ALPHA_CORE { [0.0; 2] } else { alpha.map(|a| a.max(ALPHA_CORE)) }
 }
 
 /// `Lambda(w)` of shape `S`, anisotropic by stretching (Heitz 2014, equation 82).
@@ -63,8 +64,7 @@ impl<S: Shape> Microfacet<S> {
     /// Roughness `[alpha_x, alpha_y]` (sqrt 2 times the rms slope along each axis), in `(0, inf)`; both below
     /// [`ALPHA_CORE`] make a specular core, one alone is raised to it.
     pub fn new(alpha: [f64; 2], material: Material) -> Self {
-        let alpha = if alpha[0].max(alpha[1]) < ALPHA_CORE { [0.0; 2] } else { alpha.map(|a| a.max(ALPHA_CORE)) };
-        Microfacet { alpha, material, albedo: OnceLock::new(), shape: std::marker::PhantomData }
+        Microfacet { alpha: floor_alpha(alpha), material, albedo: OnceLock::new(), shape: std::marker::PhantomData }
     }
 
     fn is_core(&self) -> bool {
@@ -134,15 +134,11 @@ impl<S: Shape> Brdf for Microfacet<S> {
         if wo.z <= 0.0 {
             return None;
         }
-        let cos_beta = wi.dot(wh);
-        let d = self.normal_density(wh);
-        let pdf = S::reflected_pdf(self.alpha, wi, wh, d, cos_beta);
-        // D cancels between f_r and the pdf except where it underflows: nothing is carried there.
-        if pdf <= 0.0 {
-            return None;
-        }
-        let weight = self.material.reflectance(cos_beta) * d * self.shadowing(wi, wo) / (4.0 * wi.z * pdf);
-        Some(BrdfSample { wo, weight, pdf, specular: false })
+        let (lambda_i, lambda_o) = (self.lambda(wi), self.lambda(wo));
+        let pdf = self.normal_density(wh) / (4.0 * wi.z * (1.0 + lambda_i));
+        // D cancels between f_r and the pdf.
+        let weight = self.material.reflectance(wi.dot(wh)) * (1.0 + lambda_i) / (1.0 + lambda_i + lambda_o);
+        (pdf > 0.0).then_some(BrdfSample { wo, weight, pdf, specular: false })
     }
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
@@ -151,7 +147,7 @@ impl<S: Shape> Brdf for Microfacet<S> {
         }
         let wh = half_vector(wi, wo);
         let d = self.normal_density(wh);
-        if d == 0.0 { 0.0 } else { S::reflected_pdf(self.alpha, wi, wh, d, wi.dot(wh)) }
+        if d == 0.0 { 0.0 } else { d / (4.0 * wi.z * (1.0 + self.lambda(wi))) }
     }
 
     /// Averaged over the incident azimuth if the surface is anisotropic.

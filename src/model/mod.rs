@@ -9,16 +9,28 @@ pub mod floor;
 pub mod ggx;
 pub mod lambert;
 pub mod microfacet;
+pub mod phong;
 mod registry;
 pub mod smooth;
+pub mod ward;
 
 pub use beckmann::Beckmann;
 pub use floor::WithFloor;
 pub use ggx::Ggx;
 pub use lambert::Lambert;
+pub use phong::Phong;
 pub use registry::{Arguments, Entry, Parameter, is_model, parse};
 pub use smooth::Smooth;
+pub use ward::Ward;
 
 /// Every model of the library, in the order `asperity models` prints them.
-pub static MODELS: &[Entry] =
-    &[lambert::ENTRY, smooth::MIRROR, smooth::DIELECTRIC, smooth::CONDUCTOR, beckmann::ENTRY, ggx::ENTRY];
+pub static MODELS: &[Entry] = &[
+    lambert::ENTRY,
+    smooth::MIRROR,
+    smooth::DIELECTRIC,
+    smooth::CONDUCTOR,
+    beckmann::ENTRY,
+    ggx::ENTRY,
+    phong::ENTRY,
+    ward::ENTRY,
+];

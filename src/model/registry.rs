@@ -145,6 +145,18 @@ impl Arguments {
         }
     }
 
+    /// `[rho_d, rho_s]` of a lobe over a diffuse floor.
+    ///
+    /// # Errors
+    /// `Error::Parameter` if `rho_s` is missing or the two reflect more than all light.
+    pub fn floor_and_lobe(&self) -> Result<[f64; 2]> {
+        let (rho_d, rho_s) = (self.required("rho_d")?, self.required("rho_s")?);
+        if rho_d + rho_s > 1.0 {
+            return Err(self.error(format!("rho_d + rho_s = {} is more than 1", rho_d + rho_s)));
+        }
+        Ok([rho_d, rho_s])
+    }
+
     /// The interface: `n`, `n` with `k`, or `material=NAME`.
     ///
     /// # Errors
@@ -226,6 +238,8 @@ mod tests {
             ("beckmann:alpha_x=0.1,n=1.5", "either `alpha`", "beckmann:"),
             ("beckmann:alpha=0.1,n=1.5,material=cu", "interface", "beckmann:"),
             ("ggx:alpha=-0.1,n=1.5", "outside its range", "ggx:"),
+            ("ward:rho_s=0.6,rho_d=0.5,alpha=0.1", "more than 1", "ward:"),
+            ("phong:exponent=10", "`rho_s` is missing", "phong:"),
         ];
         for (text, what, advice) in cases {
             let message = parse(text, 550e-9).err().expect(text).to_string();
