@@ -177,3 +177,26 @@ fn sampled_energy_is_the_albedo() {
         assert!((e.value - albedo).abs() < 4.0 * e.standard_error + 1e-3, "{theta_i}: {e:?} {albedo}");
     }
 }
+
+/// The three faces of one sampler agree: weight = f cos / pdf of the direction drawn.
+#[test]
+fn weight_is_f_cos_over_pdf() {
+    let map = gaussian(0.5e-6, 10e-6, 3);
+    for symmetry in [Symmetry::Isotropic, Symmetry::Anisotropic] {
+        let (_, brdf) = run(&map, &Options { symmetry, ..Options::default() });
+        let mut rng = asperity::math::random::CounterRng::new(8, 0, 0);
+        let mut checked = 0;
+        for _ in 0..20_000 {
+            let wi = direction(1.5 * rng.uniform(), 6.28 * rng.uniform());
+            let Some(s) = brdf.sample(wi, [rng.uniform(), rng.uniform()]) else { continue };
+            let (f, pdf) = (brdf.eval(wi, s.wo), brdf.pdf(wi, s.wo));
+            // A direction within rounding of a cell's border may be looked up in the neighbour.
+            if (pdf / s.pdf - 1.0).abs() > 1e-6 {
+                continue;
+            }
+            checked += 1;
+            assert!((f * s.wo.z / pdf - s.weight).abs() < 1e-6 * (1.0 + s.weight), "{wi} {s:?} {f} {pdf}");
+        }
+        assert!(checked > 19_000, "{checked}");
+    }
+}

@@ -79,6 +79,13 @@ impl TableBrdf {
         let wh = half_vector(incident.wi, wo);
         let (p, q) = slope_of_half_vector(incident.to_cells(wh));
         let cell = self.table.cells.locate(p, q);
+        let probability = self.cell_probability(incident, cell);
+        probability * self.inverse_area[cell] / (4.0 * wh.dot(incident.wi) * wh.z * wh.z * wh.z)
+    }
+
+    /// Probability of drawing `cell` for this source.
+    #[inline]
+    fn cell_probability(&self, incident: &Incident, cell: usize) -> f64 {
         let mut probability = 0.0;
         for (n, w) in incident.nodes {
             if w > 0.0
@@ -87,7 +94,7 @@ impl TableBrdf {
                 probability += w * (1.0 - self.core[n]) * alias.probability(cell);
             }
         }
-        probability * self.inverse_area[cell] / (4.0 * wh.dot(incident.wi) * wh.z * wh.z * wh.z)
+        probability
     }
 }
 
@@ -115,19 +122,23 @@ impl Brdf for TableBrdf {
         }
         let along = (left - core) / (1.0 - core);
         let (cell, across) = self.nodes[node].as_ref()?.draw(u[0]);
-        let (p, q) = self.table.cells.slope_in(cell, across, along);
+        let cells = &self.table.cells;
+        let polar = cells.polar_in(cell, across, along);
+        let (p, q) = cells.slope_at(polar);
         let slope = incident.from_cells(DVec3::new(p, q, 0.0));
-        let wo = facing(slope.x, slope.y, wi)?.wo;
-        if wo.z <= 0.0 {
+        let f = facing(slope.x, slope.y, wi)?;
+        if f.wo.z <= 0.0 {
             return None;
         }
-        let pdf = self.pdf_from(&incident, wo);
-        (pdf > 0.0).then(|| BrdfSample {
-            wo,
-            weight: self.table.eval_from(&incident, wo) * wo.z / pdf,
-            pdf,
-            specular: false,
-        })
+        // The slope is known, so f_r cos_theta_r / pdf needs no half vector: what is left is
+        // R T cb / (ch ci) over the density of the draw in the slope plane.
+        let probability = self.cell_probability(&incident, cell);
+        let density = self.table.density_at(&incident, &cells.stencil_at(polar));
+        let reflected = self.table.material.reflectance(f.cos_beta) * density * f.weight * incident.balance;
+        let per_slope = probability * self.inverse_area[cell];
+        let ch2 = 1.0 / (1.0 + p * p + q * q);
+        let pdf = per_slope / (4.0 * f.cos_beta * ch2 * ch2.sqrt());
+        (pdf > 0.0).then(|| BrdfSample { wo: f.wo, weight: reflected / per_slope, pdf, specular: false })
     }
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {

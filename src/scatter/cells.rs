@@ -116,7 +116,12 @@ impl HalfVectorCells {
     /// Cell of the slope `(p, q)`; slopes beyond the last ring belong to it.
     #[inline]
     pub fn locate(&self, p: f64, q: f64) -> usize {
-        let (rho, chi) = self.polar(p, q);
+        self.cell_at(self.polar(p, q))
+    }
+
+    /// Cell at `(rho, chi)`.
+    #[inline]
+    pub fn cell_at(&self, (rho, chi): (f64, f64)) -> usize {
         let ring = self.ring(rho);
         let n = self.sectors[ring];
         let turn = (chi / TAU * f64::from(n) + 0.5).floor() as i64;
@@ -140,11 +145,17 @@ impl HalfVectorCells {
     /// Slope at `(a, b)` in `[0, 1]^2` of a cell; uniform `(a, b)` give a uniform density over its area.
     #[inline]
     pub fn slope_in(&self, cell: usize, a: f64, b: f64) -> (f64, f64) {
+        self.slope_at(self.polar_in(cell, a, b))
+    }
+
+    /// `(rho, chi)` at `(a, b)` in `[0, 1]^2` of a cell, as [`HalfVectorCells::slope_in`].
+    #[inline]
+    pub fn polar_in(&self, cell: usize, a: f64, b: f64) -> (f64, f64) {
         let ring = self.ring_of_cell(cell);
         let (r0, r1) = (self.edges[ring], self.edges[ring + 1]);
         let rho = (r0 * r0 + a * (r1 * r1 - r0 * r0)).sqrt();
         let sector = (cell - self.first[ring]) as f64;
-        self.slope_at(rho, TAU * (sector + b - 0.5) / f64::from(self.sectors[ring]))
+        (rho, TAU * (sector + b - 0.5) / f64::from(self.sectors[ring]))
     }
 
     /// Quadrature points: two-point Gauss in rho on each side of the ring's centre line, one midpoint in chi on each side of
@@ -161,13 +172,14 @@ impl HalfVectorCells {
             let side = if k % 4 < 2 { -GAUSS_2 } else { GAUSS_2 };
             let rho = 0.5 * (from + to) + 0.5 * (to - from) * side;
             let chi = TAU * (sector + if k % 2 == 0 { -0.25 } else { 0.25 }) / n;
-            let (p, q) = self.slope_at(rho, chi);
+            let (p, q) = self.slope_at((rho, chi));
             CellPoint { p, q, area: unit * rho * 0.5 * (to - from) }
         })
     }
 
+    /// Slope at `(rho, chi)`.
     #[inline]
-    fn slope_at(&self, rho: f64, chi: f64) -> (f64, f64) {
+    pub fn slope_at(&self, (rho, chi): (f64, f64)) -> (f64, f64) {
         let (s, c) = chi.sin_cos();
         let (x, y) = (self.scale[0] * rho * c, self.scale[1] * rho * s);
         let [cos, sin] = self.axis;
@@ -178,7 +190,12 @@ impl HalfVectorCells {
     /// linear in chi between sector centres.
     #[inline]
     pub fn stencil(&self, p: f64, q: f64) -> Stencil {
-        let (rho, chi) = self.polar(p, q);
+        self.stencil_at(self.polar(p, q))
+    }
+
+    /// The stencil at `(rho, chi)`.
+    #[inline]
+    pub fn stencil_at(&self, (rho, chi): (f64, f64)) -> Stencil {
         let ring = self.ring(rho);
         let last = self.sectors.len() - 1;
         let centre = self.ring_centre(ring);
@@ -212,13 +229,15 @@ impl HalfVectorCells {
         self.first[ring]..self.first[ring + 1]
     }
 
+    /// `(rho, chi)` of a slope.
     #[inline]
-    fn polar(&self, p: f64, q: f64) -> (f64, f64) {
+    pub fn polar(&self, p: f64, q: f64) -> (f64, f64) {
         let (dp, dq) = (p - self.centre[0], q - self.centre[1]);
         let [cos, sin] = self.axis;
         let x = (cos * dp + sin * dq) / self.scale[0];
         let y = (cos * dq - sin * dp) / self.scale[1];
-        (x.hypot(y), y.atan2(x))
+        // Not `hypot`: slopes neither overflow nor vanish into denormals, and this is the hottest line of a render.
+        ((x * x + y * y).sqrt(), y.atan2(x))
     }
 
     #[inline]

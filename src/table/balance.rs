@@ -86,7 +86,7 @@ impl Balance {
     /// `b(wi)`, interpolated.
     #[inline]
     pub fn at(&self, wi: DVec3) -> f64 {
-        let (t0, t1, u) = bracket(&self.tangents, wi.x.hypot(wi.y) / wi.z);
+        let (t0, t1, u) = bracket(&self.tangents, (wi.x * wi.x + wi.y * wi.y).sqrt() / wi.z);
         if self.azimuths == 1 {
             return self.factor[t0] + u * (self.factor[t1] - self.factor[t0]);
         }

@@ -20,7 +20,7 @@ pub(crate) struct Incident {
     pub nodes: NodeWeights,
     /// Cosine and sine of the turn into the frame of the cells.
     turn: [f64; 2],
-    balance: f64,
+    pub balance: f64,
 }
 
 impl Table {
@@ -69,7 +69,7 @@ impl Table {
     /// Everything about `wi` that its many `wo` share; `wi` must be above the horizon.
     #[inline]
     pub(crate) fn incident(&self, wi: DVec3) -> Incident {
-        let r = wi.x.hypot(wi.y);
+        let r = (wi.x * wi.x + wi.y * wi.y).sqrt();
         let turn = if self.isotropic && r > 0.0 { [wi.x / r, wi.y / r] } else { [1.0, 0.0] };
         Incident { wi, nodes: self.node_weights(wi), turn, balance: self.balance.at(wi) }
     }
@@ -78,20 +78,26 @@ impl Table {
     #[inline]
     pub(crate) fn eval_from(&self, incident: &Incident, wo: DVec3) -> f64 {
         let (jacobian, stencil) = self.locate(incident, wo);
+        jacobian * self.density_at(incident, &stencil)
+    }
+
+    /// `T` interpolated over the nodes.
+    #[inline]
+    pub(crate) fn density_at(&self, incident: &Incident, stencil: &Stencil) -> f64 {
         let mut t = 0.0;
         for (node, weight) in incident.nodes {
             if weight > 0.0 {
-                t += weight * interpolate(&self.density[self.node_range(node)], &stencil);
+                t += weight * interpolate(&self.density[self.node_range(node)], stencil);
             }
         }
-        t * jacobian
+        t
     }
 
     /// Up to four nodes around `wi`, linear in tan(theta_i) as the lit area is; beyond the first and last angle the
     /// nearest node.
     #[inline]
     pub(crate) fn node_weights(&self, wi: DVec3) -> NodeWeights {
-        let (t0, t1, u) = bracket(&self.tangents, wi.x.hypot(wi.y) / wi.z);
+        let (t0, t1, u) = bracket(&self.tangents, (wi.x * wi.x + wi.y * wi.y).sqrt() / wi.z);
         let phis = self.phi_i.len();
         if phis == 1 {
             return [(t0, 1.0 - u), (t1, u), (t0, 0.0), (t1, 0.0)];
