@@ -90,7 +90,8 @@ fn albedos_against_the_reference_tables() {
             let brdf = model(&format!("{}:alpha={},material=mirror", table.text(line, "ndf"), row["alpha"]));
             for angle in ANGLES.into_iter().filter(|&a| a != 80) {
                 let (got, want) = (brdf.albedo(f64::from(angle).to_radians()), row[&format!("theta{angle}")]);
-                // 1e-5 is the rounding of the reference; the rest is interpolation where shadowing turns over at small alpha.
+                // 1e-5 is the rounding of the reference; the rest is interpolation where shadowing turns over at
+                // small alpha.
                 assert!((got - want).abs() < 2e-5, "{row:?} at {angle}: {got} instead of {want}");
             }
         }
@@ -125,8 +126,8 @@ const ROUGH: [&str; 12] = [
     "ward:rho_s=0.3,alpha=0.15,rho_d=0.6",
 ];
 
-/// Samples against the pdf integrated over cells of equal cos theta and phi, the lost draws being one more cell; the mean weight
-/// against the albedo; and weight = f cos / pdf.
+/// Samples against the pdf integrated over cells of equal cos theta and phi, the lost draws being one more cell; the
+/// mean weight against the albedo; and weight = f cos / pdf.
 #[test]
 fn samplers_draw_what_their_pdfs_say() {
     const RINGS: usize = 24;

@@ -24,7 +24,8 @@ impl Axis {
         Axis { low: 0.0, high: count * step, logarithmic: false, ticks, minor: Vec::new() }
     }
 
-    /// Linear axis over `lowest` to `highest`, ending at multiples of a round step outside them, with about `wanted` ticks.
+    /// Linear axis over `lowest` to `highest`, ending at multiples of a round step outside them, with about `wanted`
+    /// ticks.
     pub fn linear(lowest: f64, highest: f64, wanted: usize) -> Self {
         let step = round_step((highest - lowest) / wanted.max(1) as f64);
         let (first, last) = ((lowest / step).floor() as i64, (highest / step).ceil() as i64);
@@ -33,7 +34,8 @@ impl Axis {
         Axis { low: value(first), high: value(last), logarithmic: false, ticks, minor: Vec::new() }
     }
 
-    /// Logarithmic axis over `lowest` to `highest`, both positive, ending at numbers of the series 1, 2, 5 outside them.
+    /// Logarithmic axis over `lowest` to `highest`, both positive, ending at numbers of the series 1, 2, 5 outside
+    /// them.
     pub fn logarithmic(lowest: f64, highest: f64) -> Self {
         let series = |mantissas: &[f64]| -> Vec<f64> {
             let (first, last) = (lowest.log10().floor() as i32 - 1, highest.log10().ceil() as i32 + 1);

@@ -56,11 +56,11 @@ const INSET: f64 = 14.0;
 const NAME_LETTERS: usize = 24;
 const NAME_PITCH: f64 = 13.0;
 
-/// Chart of gloss [gloss units] against Sq [nm] as SVG text: one line per geometry, bars of one standard error, hollow markers
-/// where rays are not valid.
+/// Chart of gloss [gloss units] against Sq [nm] as SVG text: one line per geometry, bars of one standard error,
+/// hollow markers where rays are not valid.
 ///
-/// The axis of Sq is logarithmic if every Sq is positive and they span more than a decade. Points whose Sq or gloss is not a finite number
-/// are left out. The same input gives the same bytes.
+/// The axis of Sq is logarithmic if every Sq is positive and they span more than a decade. Points whose Sq or gloss
+/// is not a finite number are left out. The same input gives the same bytes.
 pub fn gloss_vs_roughness(points: &[GlossPoint], title: &str) -> String {
     let mut points: Vec<&GlossPoint> = points.iter().filter(|p| p.sq.is_finite() && p.sq >= 0.0).collect();
     points.sort_by(|a, b| a.sq.total_cmp(&b.sq));

@@ -7,9 +7,10 @@
 //!
 //! `Phi = int [ int_{P(wh)} f_r cos_theta_i cos_theta_r 4 cos_beta dwi ] dwh`
 //!
-//! with `P(wh)` the part of the source stop that a facet of normal `wh` mirrors into the receptor ([`super::overlap`]). A lobe is
-//! then one round spot whatever the angle, where over `wo` it is a ridge eleven times longer than wide at 85 deg; and no ray misses
-//! the receptor: the area of `P` fades out at the rim, which low-discrepancy points need to converge fast.
+//! with `P(wh)` the part of the source stop that a facet of normal `wh` mirrors into the receptor
+//! ([`super::overlap`]). A lobe is then one round spot whatever the angle, where over `wo` it is a ridge eleven times
+//! longer than wide at 85 deg; and no ray misses the receptor: the area of `P` fades out at the rim, which
+//! low-discrepancy points need to converge fast.
 
 use super::geometry::Geometry;
 use super::overlap::overlap;
@@ -23,7 +24,8 @@ use std::f64::consts::PI;
 /// Nodes per axis for the specular core: its integrand is smooth over a few degrees.
 const CORE_NODES: usize = 12;
 
-/// Intervals per side of a stop where the extreme half vectors are looked for, and the allowance for looking at points only.
+/// Intervals per side of a stop where the extreme half vectors are looked for, and the allowance for looking at
+/// points only.
 const SIDE: i32 = 4;
 const MARGIN: f64 = 0.02;
 
@@ -86,7 +88,8 @@ impl Path {
         (centre + x * in_plane + y * across).normalize()
     }
 
-    /// `dwo / (dx dy) = 4 cos_beta cos^3` for the middle of the source: densities of `wo` times this are densities in the tangent plane.
+    /// `dwo / (dx dy) = 4 cos_beta cos^3` for the middle of the source: densities of `wo` times this are densities in
+    /// the tangent plane.
     pub fn jacobian(&self, wh: DVec3) -> f64 {
         4.0 * self.centre().dot(wh) * wh.dot(self.frame[0]).powi(3)
     }
@@ -111,11 +114,11 @@ impl Path {
         brdf.eval(wi, wo) * wi.z * wo.z * 4.0 * wi.dot(wh) * solid_angles
     }
 
-    /// Flux of a specular core of the given reflectance [sr]: Gauss-Legendre over exactly those source directions whose mirror
-    /// image the receptor accepts.
+    /// Flux of a specular core of the given reflectance [sr]: Gauss-Legendre over exactly those source directions
+    /// whose mirror image the receptor accepts.
     ///
-    /// In the source's tangent plane the receptor is bounded by straight lines (great circles project to lines), so the accepted part
-    /// is `x` in an interval and `|y|` below a line: no jump is left for the rule to step over.
+    /// In the source's tangent plane the receptor is bounded by straight lines (great circles project to lines), so
+    /// the accepted part is `x` in an interval and `|y|` below a line: no jump is left for the rule to step over.
     pub fn core(&self, reflectance: impl Fn(DVec3) -> f64) -> f64 {
         let g = &self.geometry;
         let [half_x, half_y] = self.source.half_tangents();

@@ -9,10 +9,10 @@
 //! | receptor stop 20 deg | 1.8 x 3.6 deg | instrument specifications quoting ISO 2813; the 1.8 deg also in ISO 13803 |
 //! | receptor stop 60 deg | 4.4 x 11.7 deg | instrument specifications quoting ISO 2813 |
 //! | receptor stop 85 deg | 4.0 x 6.0 deg | instrument specifications quoting ISO 2813 |
-//! | standard | polished black glass, n = 1.567 | ISO 2813: at 587.6 nm; ASTM D523: sodium D line (0.02 gloss units apart) |
+//! | standard | polished black glass, n = 1.567 | ISO 2813: at 587.6 nm; ASTM D523: sodium D line (0.02 units apart) |
 //!
-//! First the angle in the plane of measurement, then the angle across it. The stops are rectangles in the focal plane of a lens: they
-//! select directions, not places on the specimen (parallel-beam design).
+//! First the angle in the plane of measurement, then the angle across it. The stops are rectangles in the focal plane
+//! of a lens: they select directions, not places on the specimen (parallel-beam design).
 
 use crate::error::{Error, Result};
 use crate::optics::material::STANDARD_GLASS_INDEX;
@@ -67,7 +67,8 @@ impl Geometry {
     /// Checks that the instrument can exist.
     ///
     /// # Errors
-    /// `Error::Parameter` if a stop is empty or wider than 90 deg, an axis is not above the surface, or the standard does not reflect.
+    /// `Error::Parameter` if a stop is empty or wider than 90 deg, an axis is not above the surface, or the standard
+    /// does not reflect.
     pub fn validate(&self) -> Result<()> {
         let right_angle = std::f64::consts::FRAC_PI_2;
         let stops = self.source.iter().chain(&self.receptor);

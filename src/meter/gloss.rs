@@ -1,7 +1,7 @@
 //! Gloss: flux from the specimen over flux from flat black glass, times 100.
 //!
-//! `G = 100 Phi(specimen) / Phi(standard)`, both with the same finite source (ISO 2813; ASTM D523). The finite source matters: it
-//! changes the standard's flux by +2e-5, +1.7e-4 and -5.9e-4 of itself at 20, 60 and 85 deg.
+//! `G = 100 Phi(specimen) / Phi(standard)`, both with the same finite source (ISO 2813; ASTM D523). The finite source
+//! matters: it changes the standard's flux by +2e-5, +1.7e-4 and -5.9e-4 of itself at 20, 60 and 85 deg.
 
 use super::flux::Path;
 use super::geometry::Geometry;
@@ -12,6 +12,9 @@ use sobol_burley::sample_4d;
 
 /// Largest number of points a replicate may use: the length of the low-discrepancy sequence.
 const LONGEST: u32 = 1 << 16;
+
+/// Training points per point of a replicate's first round.
+const TRAINING: u32 = 8;
 
 /// How hard to try.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,9 +41,10 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Standard error below 0.2 gloss units, in a fraction of the time: for repeats over sub-areas, which scatter more than that.
+    /// Standard error below 0.2 gloss units, in a fraction of the time: for repeats over sub-areas, which scatter
+    /// more than that.
     pub fn quick() -> Self {
-        Options { tolerance: 0.2, points: 64, max_points: 512, ..Self::default() }
+        Options { tolerance: 0.2, points: 32, max_points: 512, ..Self::default() }
     }
 
     /// Source azimuths to average over [rad].
@@ -53,7 +57,7 @@ impl Options {
 ///
 /// The error covers the integration only, not the surface: 0 for a specular core, which is integrated exactly. The
 /// result is deterministic. NaN if `geometry` fails [`Geometry::validate`], if there is no azimuth, or if the receptor
-/// sees nothing of the standard. Source: ISO 2813:2014; integrals as in [`super::flux`].
+/// sees nothing of the standard. Source: ISO 2813:2014; integrals as in `meter/flux.rs`.
 pub fn gloss(brdf: &dyn Brdf, geometry: &Geometry, options: &Options) -> Estimate {
     if geometry.validate().is_err() || options.azimuths.is_empty() {
         return Estimate { value: f64::NAN, standard_error: f64::NAN };
@@ -71,7 +75,8 @@ pub fn gloss(brdf: &dyn Brdf, geometry: &Geometry, options: &Options) -> Estimat
 /// `scale` times the flux of everything but the specular core, summed over `paths`.
 fn integrate(brdf: &dyn Brdf, paths: &[Path], options: &Options, scale: f64) -> Estimate {
     let seed = options.seed.wrapping_mul(0x9E37_79B9);
-    let plans: Vec<(&Path, Plan)> = paths.iter().map(|path| (path, Plan::new(path, brdf, seed))).collect();
+    let training = options.points.saturating_mul(TRAINING).clamp(1, LONGEST);
+    let plans: Vec<(&Path, Plan)> = paths.iter().map(|path| (path, Plan::new(path, brdf, training, seed))).collect();
     let replicates: Vec<u32> = (1..=options.replicates.max(2)).map(|k| seed.wrapping_add(k)).collect();
     let max_points = options.max_points.clamp(1, LONGEST);
     let mut done = options.points.clamp(1, max_points);
@@ -83,7 +88,8 @@ fn integrate(brdf: &dyn Brdf, paths: &[Path], options: &Options, scale: f64) -> 
     // The first round serves both leanings; the steadier one goes on.
     let columns = [0, 1].map(|c| both.iter().map(|sums| sums[c]).collect::<Vec<f64>>());
     let scatter = |c: usize| mean(&columns[c], done).standard_error;
-    let best = usize::from(scatter(1) < scatter(0));
+    let surface_serves = plans.iter().all(|(_, plan)| plan.surface_serves());
+    let best = usize::from(!surface_serves || scatter(1) < scatter(0));
     let mut sums = columns[best].clone();
     loop {
         let estimate = mean(&sums, done);

@@ -1,7 +1,8 @@
 //! The part of the source stop whose light a facet throws into the receptor stop.
 //!
-//! Both stops are bounded by planes through the specimen, and a facet mirrors planes into planes. In the tangent plane of the source
-//! stop the answer is therefore a rectangle cut by four straight lines: a convex polygon, exactly.
+//! Both stops are bounded by planes through the specimen, and a facet mirrors planes into planes. In the tangent
+//! plane of the source stop the answer is therefore a rectangle cut by four straight lines: a convex polygon,
+//! exactly.
 
 use crate::math::reflect;
 use crate::math::solid_angle::RectangularAperture;

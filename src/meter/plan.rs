@@ -1,9 +1,9 @@
 //! How to spend points on a surface: half vectors drawn by the surface itself, or by a grid that learnt the integrand.
 //!
-//! Draws of the surface follow a lobe of any width and its tails, but waste most points when the lobe is wider than the receptor; the
-//! grid is the other way round. Every point is spent on both and the two are joined by the power heuristic (Veach 1997, section
-//! 9.2.4), leaning to one side; which side scatters less is measured, not guessed. Neither can be biased by the other: the weights sum
-//! to 1 wherever there is light.
+//! Draws of the surface follow a lobe of any width and its tails, but waste most points when the lobe is wider than
+//! the receptor; the grid is the other way round. Every point is spent on both and the two are joined by the power
+//! heuristic (Veach 1997, section 9.2.4), leaning to one side; which side scatters less is measured, not guessed.
+//! Neither can be biased by the other: the weights sum to 1 wherever there is light.
 
 use super::flux::Path;
 use super::grid::Grid;
@@ -12,12 +12,13 @@ use crate::math::reflect;
 use crate::optics::Brdf;
 use sobol_burley::sample_4d;
 
-/// How many times the grid's density is counted in the heuristic: towards the surface, towards the grid. Leaning fully to one side
-/// would lose what that side cannot draw.
-pub const LEANINGS: [f64; 2] = [0.03, 5.0];
+/// How many times the grid's density is counted in the heuristic: towards the surface, towards the grid. Leaning
+/// fully to one side would lose what that side cannot draw.
+pub const LEANINGS: [f64; 2] = [0.005, 5.0];
 
-/// Draws that place the knots of the grid, and as many points that train it.
-const TRAINING: u32 = 1024;
+/// Share of the surface's draws that must reach the receptor's neighbourhood before leaning to the surface is an option:
+/// with fewer, the few that count may be missing from the sums by which the leanings are compared.
+const ENOUGH: f64 = 0.02;
 
 /// The integrand at one half vector, and how densely each strategy puts points there.
 #[derive(Debug, Clone, Copy)]
@@ -48,21 +49,25 @@ impl Spot {
 #[derive(Debug, Clone)]
 pub struct Plan {
     grid: Grid,
+    /// Whether the surface's own draws are frequent enough to lean on.
+    surface_serves: bool,
 }
 
 impl Plan {
-    /// Learns where `brdf` sends light through `path`; every `seed` gives an independent plan.
-    pub fn new(path: &Path, brdf: &dyn Brdf, seed: u32) -> Self {
-        let draws: Vec<[f64; 2]> = (0..TRAINING)
+    /// Learns where `brdf` sends light through `path`: `training` draws place the knots of the grid, as many points set
+    /// its density. Every `seed` gives an independent plan.
+    pub fn new(path: &Path, brdf: &dyn Brdf, training: u32, seed: u32) -> Self {
+        let draws: Vec<[f64; 2]> = (0..training)
             .filter_map(|k| {
                 let [a, b, ..] = sample_4d(k, 1, seed).map(f64::from);
                 let draw = brdf.sample(path.centre(), [a, b]).filter(|s| !s.specular)?;
                 path.position(half_vector(path.centre(), draw.wo))
             })
             .collect();
-        let mut plan = Plan { grid: Grid::new(path.bounds(), &draws) };
+        let surface_serves = draws.len() as f64 >= ENOUGH * f64::from(training);
+        let mut plan = Plan { grid: Grid::new(path.bounds(), &draws), surface_serves };
         let mut learnt = plan.grid.clone();
-        for k in 0..TRAINING {
+        for k in 0..training {
             for spot in plan.spots(path, brdf, sample_4d(k, 2, seed).map(f64::from)).into_iter().flatten() {
                 learnt.learn(spot.position, spot.balance());
             }
@@ -70,6 +75,11 @@ impl Plan {
         learnt.adapt();
         plan.grid = learnt;
         plan
+    }
+
+    /// Whether the first of [`LEANINGS`] may be chosen.
+    pub fn surface_serves(&self) -> bool {
+        self.surface_serves
     }
 
     /// One unbiased estimate of the flux without the specular core [sr^2] for `u` in `[0, 1)^4`, once per leaning.

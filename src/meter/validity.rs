@@ -9,7 +9,7 @@ pub const SMALLEST_FOR_RAYS: f64 = 9.0;
 /// `g = (4 pi Sq cos_theta / lambda)^2` at specular reflection; `exp(-g)` of the reflectance is coherent.
 ///
 /// `sq` and `wavelength` in the same unit, `theta` in rad.
-/// Source: Beckmann and Spizzichino 1963, chapter 5; He et al., SIGGRAPH 1991, equation 6.
+/// Source: Beckmann and Spizzichino 1963, chapter 5; He et al., SIGGRAPH 1991.
 pub fn rayleigh_parameter(sq: f64, theta: f64, wavelength: f64) -> f64 {
     (4.0 * std::f64::consts::PI * sq * theta.cos() / wavelength).powi(2)
 }
@@ -37,9 +37,9 @@ impl std::fmt::Display for Warning {
                 let needed = SMALLEST_FOR_RAYS.sqrt() / (4.0 * std::f64::consts::PI * theta_i.cos()) * wavelength;
                 write!(
                     f,
-                    "At {:.0} deg the Rayleigh parameter is {g:.2} (Sq {:.0} nm, wavelength {:.0} nm), below {SMALLEST_FOR_RAYS}: {:.1} % of the \
-                     reflected light stays a mirror beam that rays do not describe. Use the kirchhoff method at this angle, or trust \
-                     rays only above Sq {:.0} nm.",
+                    "At {:.0} deg the Rayleigh parameter is {g:.2} (Sq {:.0} nm, wavelength {:.0} nm), below \
+                     {SMALLEST_FOR_RAYS}: {:.1} % of the reflected light stays a mirror beam that rays do not \
+                     describe. Use the kirchhoff method at this angle, or trust rays only above Sq {:.0} nm.",
                     theta_i.to_degrees(),
                     sq * 1e9,
                     wavelength * 1e9,

@@ -49,7 +49,8 @@ pub fn half_vector_average(
     sum / AROUND as f64
 }
 
-/// `int max(0, cos_theta_r) du dchi / (2 pi)`: mean cosine of rays about the axis `r`, `1 - cos a = versine(u)` with `u` and `chi` uniform.
+/// `int max(0, cos_theta_r) du dchi / (2 pi)`: mean cosine of rays about the axis `r`, `1 - cos a = versine(u)` with
+/// `u` and `chi` uniform.
 pub fn ray_average(r: DVec3, versine: impl Fn(f64) -> f64) -> f64 {
     let horizontal = r.x.hypot(r.y);
     let mut sum = 0.0;
@@ -104,7 +105,8 @@ const STENCIL: usize = 6;
 /// Last node: a hair above the horizon, where formulas still hold.
 const LAST: f64 = FRAC_PI_2 - 1e-4;
 
-/// The table's own coordinate: `theta = 90 deg (1 - (1 - s / (NODES - 1))^2)`, so that the spacing shrinks towards grazing.
+/// The table's own coordinate: `theta = 90 deg (1 - (1 - s / (NODES - 1))^2)`, so that the spacing shrinks towards
+/// grazing.
 fn coordinate(theta: f64) -> f64 {
     (1.0 - (1.0 - theta / FRAC_PI_2).max(0.0).sqrt()) * (NODES - 1) as f64
 }

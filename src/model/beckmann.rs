@@ -8,13 +8,18 @@
 //! | `alpha_x`, `alpha_y` | the same along x and y, instead of `alpha` | | 0 to 2 |
 //! | `n`, `k` or `material` | interface | | see [`super::smooth`] |
 //!
-//! `Lambda(v) = (exp(-v^2) / (v sqrt pi) - erfc v) / 2`, `v = cot theta / alpha(phi)`; `G = 1 / (1 + Lambda_i + Lambda_o)`.
-//! Energy: single scatter, albedo at most R; what would scatter twice is lost (0.1 % at alpha 0.3 and normal
-//! incidence, 8 % at 60 deg). Reciprocal. Alpha below 1e-4 is a specular core.
-//! Sampling: visible normals, pdf `G1 D / (4 cos_theta_i)`, weight `R (1 + Lambda_i) G <= R`. The slope across the plane of
-//! incidence is Gaussian; the one along it has an elementary distribution function, inverted by Newton's method (Heitz and d'Eon,
-//! Importance sampling microfacet-based BSDFs using the distribution of visible normals, EGSR 2014).
-//! Sources: Beckmann and Spizzichino 1963; Walter et al., EGSR 2007, equations 25-28; Heitz 2014, equation 72.
+//! `Lambda(v) = (exp(-v^2) / (v sqrt pi) - erfc v) / 2`, `v = cot theta / alpha(phi)`; `G = 1 / (1 + Lambda_i +
+//! Lambda_o)`.
+//!
+//! Energy: single scatter, albedo at most R; what would scatter twice is lost (0.1 % at alpha 0.3 and
+//! normal incidence, 8 % at 60 deg). Reciprocal. Alpha below 1e-4 is a specular core.
+//!
+//! Sampling: visible normals, pdf `G1 D / (4 cos_theta_i)`, weight `R (1 + Lambda_i) G <= R`. The slope across the
+//! plane of incidence is Gaussian; the one along it has an elementary distribution function, inverted by Newton's
+//! method (Heitz and d'Eon, Importance sampling microfacet-based BSDFs using the distribution of visible normals,
+//! EGSR 2014).
+//!
+//! Sources: Beckmann and Spizzichino 1963; Walter et al., EGSR 2007, equations 25-28; Heitz 2014.
 
 use super::microfacet::{Microfacet, Shape};
 use super::registry::{Entry, Parameter};
@@ -71,7 +76,8 @@ impl Shape for GaussianSlopes {
     }
 
     fn sample_normal(alpha: [f64; 2], wi: DVec3, u: [f64; 2]) -> DVec3 {
-        // On the unit scale the surface looks the same from all azimuths: slopes are drawn in the plane of incidence and turned back.
+        // On the unit scale the surface looks the same from all azimuths: slopes are drawn in the plane of incidence
+        // and turned back.
         let stretched = DVec3::new(alpha[0] * wi.x, alpha[1] * wi.y, wi.z);
         let across = stretched.x.hypot(stretched.y);
         let (c, s) = if across > 0.0 { (stretched.x / across, stretched.y / across) } else { (1.0, 0.0) };
@@ -81,8 +87,8 @@ impl Shape for GaussianSlopes {
     }
 }
 
-/// Slope along the plane of incidence with density proportional to `(1 - x t) exp(-x^2)` where positive, `t = tan theta` on the unit
-/// scale: the root of `F(x) = u F(1/t)`, `F(x) = sqrt pi (1 + erf x) / 2 + t exp(-x^2) / 2`.
+/// Slope along the plane of incidence with density proportional to `(1 - x t) exp(-x^2)` where positive, `t = tan
+/// theta` on the unit scale: the root of `F(x) = u F(1/t)`, `F(x) = sqrt pi (1 + erf x) / 2 + t exp(-x^2) / 2`.
 fn visible_slope(t: f64, u: f64) -> f64 {
     let half_root_pi = 0.5 * PI.sqrt();
     let distribution = |x: f64, gauss: f64| half_root_pi * (1.0 + libm::erf(x)) + 0.5 * t * gauss;
@@ -100,7 +106,8 @@ fn visible_slope(t: f64, u: f64) -> f64 {
             low = x;
         }
         let newton = x - excess / ((1.0 - x * t) * gauss);
-        // Newton's step while it stays between the bounds, else their middle; a step over a vanishing slope fails the test.
+        // Newton's step while it stays between the bounds, else their middle; a step over a vanishing slope fails the
+        // test.
         let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
         let step = (next - x).abs();
         x = next;
@@ -124,7 +131,8 @@ fn rough_inverse_erf(y: f64) -> f64 {
     ((b * b - l / A).sqrt() - b).max(0.0).sqrt().copysign(y)
 }
 
-/// `x` with `erf x = y` with the rarer tail right within 1e-5 of itself, by one step of Halley's method; about 5 at the ends.
+/// `x` with `erf x = y` with the rarer tail right within 1e-5 of itself, by one step of Halley's method; about 5 at
+/// the ends.
 fn inverse_erf(y: f64) -> f64 {
     let y = y.clamp(-1.0 + 1e-12, 1.0 - 1e-12);
     let x = rough_inverse_erf(y);

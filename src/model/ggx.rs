@@ -10,9 +10,12 @@
 //!
 //! `Lambda(v) = (sqrt(1 + 1 / v^2) - 1) / 2`, `v = cot theta / alpha(phi)`; `G = 1 / (1 + Lambda_i + Lambda_o)`.
 //! The rms slope is infinite: alpha here is not that of a measured Gaussian surface.
+//!
 //! Energy: single scatter, albedo at most R; what would scatter twice is lost (12 % at alpha 0.3 and normal
 //! incidence). Reciprocal. Alpha below 1e-4 is a specular core.
+//!
 //! Sampling: visible normals, pdf `G1 D / (4 cos_theta_i)`, weight `R (1 + Lambda_i) G <= R`.
+//!
 //! Sources: Trowbridge and Reitz 1975; Walter et al., EGSR 2007, equations 33-34; sampling: Dupuy and Benyoub,
 //! Sampling visible GGX normals with spherical caps, Computer Graphics Forum 42(8), 2023.
 

@@ -6,8 +6,11 @@
 //! |---|---|---|---|
 //! | `rho` | albedo | | 0 to 1 |
 //!
-//! Energy: `albedo = rho` exactly, at every angle. Reciprocal. Sampling: cosine, `pdf = cos theta_r / pi`,
-//! weight `rho`. Source: J. H. Lambert, Photometria, 1760.
+//! Energy: `albedo = rho` exactly, at every angle. Reciprocal.
+//!
+//! Sampling: cosine, `pdf = cos theta_r / pi`, weight `rho`.
+//!
+//! Source: J. H. Lambert, Photometria, 1760.
 
 use super::registry::{Entry, Parameter};
 use crate::optics::{Brdf, BrdfSample};

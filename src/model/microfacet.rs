@@ -3,10 +3,11 @@
 //!
 //! `f_r = R(beta) D(wh) G / (4 cos_theta_i cos_theta_r)`, `G = 1 / (1 + Lambda(wi) + Lambda(wo))`
 //!
-//! `D(wh) = P(e) / (alpha_x alpha_y wh.z^4)` with `e = tan^2 theta_h (cos^2 phi_h / alpha_x^2 + sin^2 phi_h / alpha_y^2)`
-//! and `P` the slope density on the unit scale; `beta` is the angle of incidence on the facet.
-//! Sources: Walter, Marschner, Li, Torrance, EGSR 2007, equations 20-34; height-correlated Smith G: Heitz,
-//! J. Computer Graphics Techniques 3(2), 2014, equation 99.
+//! `D(wh) = P(e) / (alpha_x alpha_y wh.z^4)` with `e = tan^2 theta_h (cos^2 phi_h / alpha_x^2 + sin^2 phi_h /
+//! alpha_y^2)` and `P` the slope density on the unit scale; `beta` is the angle of incidence on the facet.
+//!
+//! Sources: Walter, Marschner, Li, Torrance, EGSR 2007, equations 20-34; height-correlated Smith G: Heitz, J. Computer
+//! Graphics Techniques 3(2), 2014.
 
 use super::albedo::{AlbedoTable, half_vector_average};
 use super::smooth::mirror_sample;
@@ -54,7 +55,7 @@ pub fn floor_alpha(alpha: [f64; 2]) -> [f64; 2] {
     if alpha[0].max(alpha[1]) < ALPHA_CORE { [0.0; 2] } else { alpha.map(|a| a.max(ALPHA_CORE)) }
 }
 
-/// `Lambda(w)` of shape `S`, anisotropic by stretching (Heitz 2014, equation 82).
+/// `Lambda(w)` of shape `S`, anisotropic by stretching (Heitz 2014).
 pub fn smith_lambda<S: Shape>(alpha: [f64; 2], w: DVec3) -> f64 {
     let stretched = (alpha[0] * w.x).hypot(alpha[1] * w.y);
     if stretched == 0.0 { 0.0 } else { S::lambda(w.z / stretched) }

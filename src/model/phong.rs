@@ -5,12 +5,16 @@
 //! | parameter | meaning | unit | range |
 //! |---|---|---|---|
 //! | `rho_s` | albedo of the lobe at normal incidence | | 0 to 1 |
-//! | `exponent` | n; the lobe's standard deviation is 1 / sqrt n rad, that of Beckmann at n = 1 / (2 alpha^2) | | 1 to 1e6 |
+//! | `exponent` | n; as wide as Beckmann at n = 1 / (2 alpha^2) | | 1 to 1e6 |
 //! | `rho_d` | albedo of the diffuse floor, default 0 | | 0 to 1 - rho_s |
 //!
-//! Energy: albedo at most `rho_d + rho_s`, equal at normal incidence; for large n the lobe's is `rho_s cos_theta_i`, so it
-//! darkens towards grazing where real gloss brightens. Reciprocal. Not Phong's original, which divides by `cos_theta_i` and gains energy.
-//! Sampling: `cos a = u^(1 / (n + 1))` about r, pdf `(n + 1) / (2 pi) cos^n a`, weight `rho_s (n + 2) / (n + 1) cos_theta_r`.
+//! Energy: albedo at most `rho_d + rho_s`, equal at normal incidence; for large n the lobe's is `rho_s cos_theta_i`,
+//! so it darkens towards grazing where real gloss brightens. Reciprocal. Not Phong's original, which divides by
+//! `cos_theta_i` and gains energy.
+//!
+//! Sampling: `cos a = u^(1 / (n + 1))` about r, pdf `(n + 1) / (2 pi) cos^n a`,
+//! weight `rho_s (n + 2) / (n + 1) cos_theta_r`.
+//!
 //! Sources: Phong, CACM 18(6), 1975; Lewis, EGWR 1993; Lafortune and Willems, Report CW 197, 1994.
 
 use super::albedo::{AlbedoTable, ray_average};

@@ -9,7 +9,11 @@
 //! | `material` | instead of n and k: `al`, `cu`, `black-glass`, ... | | see `optics::material` |
 //!
 //! Energy: `albedo = R(theta_i) <= 1`; what enters a clear material is taken as absorbed below (black glass).
-//! Reciprocal. Sampling: the one mirror direction, weight R. Source: Fresnel; Born and Wolf, sections 1.5.2, 14.2.
+//! Reciprocal.
+//!
+//! Sampling: the one mirror direction, weight R.
+//!
+//! Source: Fresnel; Born and Wolf, sections 1.5.2, 14.2.
 
 use super::registry::{Entry, Parameter};
 use crate::optics::{Brdf, BrdfSample, Material};

@@ -6,15 +6,18 @@
 //! | parameter | meaning | unit | range |
 //! |---|---|---|---|
 //! | `rho_s` | strength of the lobe; its albedo is about `rho_s cos_theta_i` | | 0 to 1 |
-//! | `alpha`, or `alpha_x` and `alpha_y` | roughness, sqrt 2 times the rms slope; Ward's range is 0.01 to 0.3 | | 0 to 1 |
+//! | `alpha`, or `alpha_x` and `alpha_y` | sqrt 2 times the rms slope; Ward used 0.01 to 0.3 | | 0 to 1 |
 //! | `rho_d` | albedo of the diffuse floor, default 0 | | 0 to 1 - rho_s |
 //!
-//! Energy: for small alpha the lobe reflects `rho_s cos_theta_i`, not `rho_s`: a tile with `rho_s = R(20 deg)` of black glass reads at most
-//! 93.96 / 24.52 / 0.69 gloss units. Not conserving within a degree of grazing, where it grows as `1 / sqrt(cos_theta_i)`. Reciprocal.
-//! Alpha below 1e-4 is a specular core `rho_s cos_theta_i`.
-//! Sampling: half vectors by the Gaussian, pdf `exp(-e) / (4 pi alpha_x alpha_y cos_beta cos^3 theta_h)`, weight
-//! `rho_s cos_beta cos^3 theta_h sqrt(cos_theta_r / cos_theta_i)`.
-//! Sources: G. J. Ward, SIGGRAPH 1992, equation 5; sampling weight: B. Walter, Notes on the Ward BRDF, Cornell PCG-05-06, 2005.
+//! Energy: for small alpha the lobe reflects `rho_s cos_theta_i`, not `rho_s`: a tile with `rho_s = R(20 deg)` of
+//! black glass reads at most 93.96 / 24.52 / 0.69 gloss units. Not conserving within a degree of grazing, where it
+//! grows as `1 / sqrt(cos_theta_i)`. Reciprocal. Alpha below 1e-4 is a specular core `rho_s cos_theta_i`.
+//!
+//! Sampling: half vectors by the Gaussian, pdf `exp(-e) / (4 pi alpha_x alpha_y cos_beta cos^3 theta_h)`, weight `rho_s
+//! cos_beta cos^3 theta_h sqrt(cos_theta_r / cos_theta_i)`.
+//!
+//! Sources: G. J. Ward, SIGGRAPH 1992, equations 4 and 5; sampling
+//! weight: B. Walter, Notes on the Ward BRDF, Cornell PCG-05-06, 2005.
 
 use super::albedo::{AlbedoTable, half_vector_average};
 use super::beckmann::GaussianSlopes;
