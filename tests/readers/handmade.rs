@@ -29,11 +29,8 @@ pub fn metropro(sign: u16) -> Vec<u8> {
 pub fn wyko() -> Vec<u8> {
     let mut array: Vec<u8> = [4u16, 3, 2].iter().flat_map(|v| v.to_le_bytes()).collect();
     // Column by column from the bottom up; 32767 is missing.
-    for column in 0..4 {
-        for row in (0..3).rev() {
-            array.extend((RAW[row][column].min(32767) as i16).to_le_bytes());
-        }
-    }
+    let upward = |column: usize| RAW.iter().rev().map(move |row| row[column].min(32767) as i16);
+    array.extend((0..4).flat_map(upward).flat_map(i16::to_le_bytes));
     let blocks: Vec<(&str, i16, Vec<u8>)> = vec![
         ("PrimaryData2D", 15, vec![1, 2, 3]),
         ("Wavelength", 7, 600f32.to_le_bytes().to_vec()),

@@ -1,10 +1,22 @@
 //! Readers, one file each, chosen by the first bytes of the file and never by its name.
 
+mod al3d;
+mod bcrf;
+mod datx;
 mod fields;
+mod gwy;
 mod metropro;
+mod nms;
 mod npy;
+mod npz;
+mod plu;
+mod sdf;
+mod sur;
+mod text;
+mod units;
 mod wyko;
 mod x3p;
+mod zygo_text;
 
 use super::RawMap;
 use crate::error::{Error, Fault, Result};
@@ -46,19 +58,41 @@ impl ReadOptions {
 
 type Reader = fn(&[u8], &ReadOptions) -> std::result::Result<RawMap, Fault>;
 
-/// Name, test on the first bytes, reader.
+/// One format: a line in [`FORMATS`] and a file beside this one.
 struct Format {
     name: &'static str,
     recognises: fn(&[u8]) -> bool,
     read: Reader,
+    /// Only height maps look like this. Pictures, text and archives hold other things as well.
+    heights_only: bool,
 }
 
-/// Every format we read, most specific magic first. A new format is one line here and one file.
+macro_rules! reader {
+    ($module:ident, heights only) => {
+        Format { name: $module::NAME, recognises: $module::recognises, read: $module::read, heights_only: true }
+    };
+    ($module:ident, anything) => {
+        Format { name: $module::NAME, recognises: $module::recognises, read: $module::read, heights_only: false }
+    };
+}
+
+/// Every format we read, most specific magic first.
 const FORMATS: &[Format] = &[
-    Format { name: x3p::NAME, recognises: x3p::recognises, read: x3p::read },
-    Format { name: metropro::NAME, recognises: metropro::recognises, read: metropro::read },
-    Format { name: wyko::NAME, recognises: wyko::recognises, read: wyko::read },
-    Format { name: npy::NAME, recognises: npy::recognises, read: npy::read },
+    reader!(npz, anything),
+    reader!(x3p, heights only),
+    reader!(metropro, heights only),
+    reader!(wyko, heights only),
+    reader!(sur, heights only),
+    reader!(sdf, heights only),
+    reader!(al3d, heights only),
+    reader!(gwy, heights only),
+    reader!(bcrf, heights only),
+    reader!(npy, heights only),
+    reader!(plu, heights only),
+    reader!(nms, heights only),
+    reader!(datx, heights only),
+    reader!(zygo_text, heights only),
+    reader!(text, anything),
 ];
 
 /// Names of the formats that can be read.
@@ -106,7 +140,12 @@ pub fn read_bytes(bytes: &[u8], options: &ReadOptions) -> std::result::Result<Ra
         .and_then(|f| (f.read)(bytes, options))
 }
 
-/// Whether the first bytes look like a file some reader would take; used to pick the maps out of a folder.
+/// As many first bytes as any format needs to be recognised.
+pub const RECOGNITION_BYTES: usize = 4096;
+
+/// Whether a file that begins with `first_bytes` (at least [`RECOGNITION_BYTES`], if it has as many) is a height map.
+///
+/// Used to pick the maps out of a folder. Pictures, text and `.npz` archives may be anything: name them one by one.
 pub fn is_recognised(first_bytes: &[u8]) -> bool {
-    FORMATS.iter().any(|f| (f.recognises)(first_bytes))
+    FORMATS.iter().find(|f| (f.recognises)(first_bytes)).is_some_and(|f| f.heights_only)
 }

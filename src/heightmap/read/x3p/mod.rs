@@ -10,12 +10,11 @@ mod grid;
 mod main_xml;
 
 use super::ReadOptions;
-use super::fields::{Sample, plane_bytes};
+use super::fields::{Sample, into_grid, plane_bytes};
 use crate::archive::Archive;
 use crate::error::Fault;
 use crate::heightmap::RawMap;
 use main_xml::{Axis, MainXml};
-use ndarray::Array2;
 
 pub const NAME: &str = "x3p";
 
@@ -51,9 +50,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
     let (increment, offset) = (z_axis.increment.unwrap_or(1.0), z_axis.offset.unwrap_or(0.0));
     let heights: Vec<f64> =
         data.z[one_layer].iter().map(|raw| if raw.is_finite() { raw * increment + offset } else { f64::NAN }).collect();
-    let heights = Array2::from_shape_vec((rows, columns), heights)
-        .map_err(|_| corrupt(format!("{columns} x {rows} points do not fill the layer")))?;
-    Ok(RawMap { heights, pitch_x, pitch_y, format: NAME, notes: xml.notes })
+    Ok(RawMap { heights: into_grid(rows, columns, heights, NAME)?, pitch_x, pitch_y, format: NAME, notes: xml.notes })
 }
 
 /// Coordinates as stored; `x` and `y` are empty where the axis is incremental.
