@@ -6,7 +6,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter};
 
 /// Content may unpack to this many times the size of its file ...
-const EXPANSION: u64 = 64;
+pub const EXPANSION: u64 = 64;
 /// ... or to this many bytes if that is more: a flat 4096 x 4096 map of f64 compresses 1000 to 1 and fits.
 const FLOOR_BYTES: u64 = 256 << 20;
 

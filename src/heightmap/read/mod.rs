@@ -3,6 +3,7 @@
 mod al3d;
 mod bcrf;
 mod datx;
+mod exr;
 mod fields;
 mod gwy;
 mod metropro;
@@ -10,9 +11,11 @@ mod nms;
 mod npy;
 mod npz;
 mod plu;
+mod png;
 mod sdf;
 mod sur;
 mod text;
+mod tiff;
 mod units;
 mod wyko;
 mod x3p;
@@ -21,6 +24,8 @@ mod zygo_text;
 use super::RawMap;
 use crate::error::{Error, Fault, Result};
 use std::path::Path;
+
+pub(crate) use png::{PITCH_KEYWORD as PNG_PITCH, RANGE_KEYWORD as PNG_RANGE};
 
 /// What the user knows and the file may not say.
 #[derive(Debug, Clone, Copy, Default)]
@@ -31,6 +36,8 @@ pub struct ReadOptions {
     pub unit: Option<f64>,
     /// Which layer of a file with several, counted from 0; the first if not given.
     pub layer: Option<usize>,
+    /// Heights [m] of the lowest and highest integer a picture can hold.
+    pub height_range: Option<[f64; 2]>,
 }
 
 impl ReadOptions {
@@ -53,6 +60,26 @@ impl ReadOptions {
             what: "the unit of the heights".to_owned(),
             advice: "give it, for example --unit um".to_owned(),
         })
+    }
+
+    /// What an unsigned level up to `highest` means: a share of the height range, else so many units.
+    fn height_of_level(
+        &self,
+        format: &'static str,
+        highest: f64,
+    ) -> std::result::Result<impl Fn(f64) -> f64 + use<>, Fault> {
+        let [low, step] = match (self.height_range, self.unit) {
+            (Some([low, high]), _) => [low, (high - low) / highest],
+            (None, Some(unit)) => [0.0, unit],
+            (None, None) => {
+                return Err(Fault::MetadataMissing {
+                    format,
+                    what: "the range of the heights".to_owned(),
+                    advice: "give the heights of black and white, for example --height-range 0um,2.5um".to_owned(),
+                });
+            }
+        };
+        Ok(move |level| low + level * step)
     }
 }
 
@@ -92,6 +119,9 @@ const FORMATS: &[Format] = &[
     reader!(nms, heights only),
     reader!(datx, heights only),
     reader!(zygo_text, heights only),
+    reader!(png, anything),
+    reader!(tiff, anything),
+    reader!(exr, anything),
     reader!(text, anything),
 ];
 

@@ -11,12 +11,16 @@ mod main_xml;
 
 use super::ReadOptions;
 use super::fields::{Sample, into_grid, plane_bytes};
-use crate::archive::Archive;
+use crate::archive::{Archive, EXPANSION};
 use crate::error::Fault;
 use crate::heightmap::RawMap;
 use main_xml::{Axis, MainXml};
 
 pub const NAME: &str = "x3p";
+
+/// `main.xml` may have this many bytes if that is more than 64 times the file: half a million points of a flat map. Each
+/// becomes up to three numbers, so the limit is lower than for binary samples.
+const XML_FLOOR_BYTES: u64 = 16 << 20;
 
 /// Any ZIP; `main.xml` is looked for when reading.
 pub fn recognises(bytes: &[u8]) -> bool {
@@ -26,7 +30,7 @@ pub fn recognises(bytes: &[u8]) -> bool {
 pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
     let mut archive = Archive::open(bytes, NAME)?;
     let (folder, main) = find_main_xml(&archive)?;
-    let xml = archive.read(&main, u64::MAX)?;
+    let xml = archive.read(&main, XML_FLOOR_BYTES.max(EXPANSION * bytes.len() as u64))?;
     let xml = main_xml::parse(&String::from_utf8_lossy(&xml))?;
     refuse_other_features(&xml)?;
     let [columns, rows, layers] = xml.sizes;
