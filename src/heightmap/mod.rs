@@ -1,6 +1,7 @@
 //! Floor 2: height maps: read, level, describe, synthesise, write.
 
 pub mod level;
+pub mod parameters;
 pub mod read;
 pub mod synth;
 pub mod write;

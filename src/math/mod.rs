@@ -1,5 +1,6 @@
 //! Floor 0: directions, solid angles, random streams, statistics, quadrature.
 
+pub mod fft;
 pub mod frame;
 pub mod quadrature;
 pub mod random;

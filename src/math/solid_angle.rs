@@ -43,6 +43,22 @@ impl RectangularAperture {
         z > 0.0 && w.dot(self.in_plane).abs() <= self.half[0] * z && w.dot(self.across).abs() <= self.half[1] * z
     }
 
+    /// Axis, unit vector in the plane of measurement, unit vector across it.
+    pub fn axes(&self) -> [DVec3; 3] {
+        [self.axis, self.in_plane, self.across]
+    }
+
+    /// Tangent of half the full plane angle, in plane and across.
+    pub fn half_tangents(&self) -> [f64; 2] {
+        self.half
+    }
+
+    /// Inward normals of the four planes through the origin that bound the aperture: `w` passes if no `n . w` is negative.
+    pub fn edges(&self) -> [DVec3; 4] {
+        let [a, b] = self.half.map(|half| half * self.axis);
+        [a - self.in_plane, a + self.in_plane, b - self.across, b + self.across]
+    }
+
     /// Direction through the plane point `u` in `[0, 1]^2` and the density of that map per steradian
     /// for uniform `u`: `1 / (A cos^3 a)` with `A` the plane area and `a` the angle to the axis.
     pub fn direction(&self, u: [f64; 2]) -> (DVec3, f64) {

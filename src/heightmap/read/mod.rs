@@ -179,3 +179,18 @@ pub const RECOGNITION_BYTES: usize = 4096;
 pub fn is_recognised(first_bytes: &[u8]) -> bool {
     FORMATS.iter().find(|f| (f.recognises)(first_bytes)).is_some_and(|f| f.heights_only)
 }
+
+/// Extensions that announce a height map; only used to decide whether an unreadable file in a folder is worth an error.
+const EXTENSIONS: [&str; 15] =
+    ["x3p", "dat", "datx", "opd", "npy", "sdf", "sur", "gwy", "al3d", "plu", "nms", "bcrf", "bcr", "asc", "xyz"];
+
+/// Whether a file in a folder of maps is one, or claims to be one by its name.
+pub fn is_candidate(path: &Path) -> bool {
+    use std::io::Read;
+    let claims = path.extension().is_some_and(|e| EXTENSIONS.iter().any(|x| e.eq_ignore_ascii_case(x)));
+    let mut first = [0u8; 1024];
+    let known = std::fs::File::open(path).and_then(|mut f| f.read(&mut first)).is_ok_and(|n| is_recognised(&first[..n]));
+    // A table of ours is a ZIP like an x3p; its name tells them apart.
+    let table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"));
+    claims || (known && !table)
+}

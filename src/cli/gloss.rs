@@ -1,0 +1,80 @@
+//! `asperity gloss`: the virtual glossmeter on any source.
+
+use super::map_options::MapOptions;
+use super::print_json;
+use super::progress::Bar;
+use super::scatter_options::ScatterOptions;
+use super::source::Source;
+use crate::math::Estimate;
+use crate::report::Prediction;
+use clap::Args;
+use serde_json::json;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Height maps, tables or models such as beckmann:alpha=0.02,n=1.5
+    #[arg(required = true, value_name = "SOURCE")]
+    sources: Vec<String>,
+    #[command(flatten)]
+    map: MapOptions,
+    #[command(flatten)]
+    scatter: ScatterOptions,
+}
+
+const ANGLES: [&str; 3] = ["20", "60", "85"];
+
+pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
+    let bar = Bar::new("gloss", a.sources.len());
+    let sources: Vec<Source> = a
+        .sources
+        .iter()
+        .enumerate()
+        .map(|(k, text)| Source::open(text, &a.map, &a.scatter, &|share| bar.set(k, share)))
+        .collect::<Result<_, _>>()?;
+    bar.finish();
+    for p in sources.iter().filter_map(Source::surface) {
+        for warning in &p.warnings {
+            eprintln!("warning: {}: {warning}", p.name);
+        }
+    }
+    if json {
+        let list: Vec<_> = sources
+            .iter()
+            .map(|s| {
+                json!({
+                    "source": s.name(), "gloss": gloss_json(s.gloss(), s.surface()),
+                    "method": s.surface().map_or_else(|| "model".to_owned(), Prediction::method_summary),
+                })
+            })
+            .collect();
+        return print_json(&json!({ "sources": list }));
+    }
+    let width = sources.iter().map(|s| s.name().chars().count()).max().unwrap_or(0).max(6);
+    println!("{:<width$}  {:>18}  {:>18}  {:>18}", "source", "20 deg, GU", "60 deg, GU", "85 deg, GU");
+    for s in &sources {
+        let valid = s.surface().map_or([true; 3], Prediction::ray_valid);
+        print!("{:<width$}", s.name());
+        for (g, valid) in s.gloss().iter().zip(valid) {
+            print!("  {:>17}{}", format!("{:.3} +- {:.3}", g.value, g.standard_error), if valid { " " } else { "*" });
+        }
+        println!();
+    }
+    if sources.iter().filter_map(Source::surface).any(|p| p.ray_valid().contains(&false)) {
+        println!("* Rayleigh parameter below 9: too smooth for rays at this angle; see the warnings.");
+    }
+    Ok(())
+}
+
+/// `{"20": {"value", "standard_error", "rayleigh_g", "ray_valid"}, ...}`.
+pub fn gloss_json(gloss: [Estimate; 3], surface: Option<&Prediction>) -> serde_json::Value {
+    let mut object = serde_json::Map::new();
+    for k in 0..3 {
+        let mut entry = json!({ "value": gloss[k].value, "standard_error": gloss[k].standard_error });
+        if let Some(p) = surface {
+            entry["rayleigh_g"] = json!(p.rayleigh[k]);
+            entry["ray_valid"] = json!(p.ray_valid()[k]);
+        }
+        object.insert(ANGLES[k].to_owned(), entry);
+    }
+    object.into()
+}

@@ -1,0 +1,78 @@
+//! Floor 10: one file per verb; each reads, calls the library and prints.
+
+mod brdf;
+mod gloss;
+mod map_options;
+mod models;
+mod predict;
+mod progress;
+mod quantity;
+mod scatter_options;
+mod source;
+mod synth;
+mod tiles;
+
+use clap::{Parser, Subcommand};
+
+/// Predicts how a surface looks from how it was measured: height map to BRDF, gloss and picture.
+#[derive(Parser)]
+#[command(version, max_term_width = 110)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+    /// Print one JSON object on stdout instead of text
+    #[arg(long, global = true)]
+    json: bool,
+    /// Threads to use [default: all cores]; the results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<usize>,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Whole chain for maps or folders of maps: tables, gloss, chart and comparison tiles
+    Predict(predict::Arguments),
+    /// Height map to tabulated BRDF (.npz)
+    Brdf(brdf::Arguments),
+    /// Gloss at 20, 60 and 85 deg of maps, tables or models
+    Gloss(gloss::Arguments),
+    /// Comparison picture of maps, tables or models
+    Tiles(tiles::Arguments),
+    /// Make a synthetic height map (.x3p or .npy)
+    Synth(synth::Arguments),
+    /// List the BRDF models with their parameters and ranges
+    Models,
+}
+
+/// Runs the command line. Exit code 0 done, 1 failed, 2 usage.
+pub fn run() -> std::process::ExitCode {
+    let cli = Cli::parse();
+    if let Some(threads) = cli.threads {
+        // Only the first call can set the pool, and this is it.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    }
+    let done = match cli.verb {
+        Verb::Predict(a) => predict::run(&a, cli.json),
+        Verb::Brdf(a) => brdf::run(&a, cli.json),
+        Verb::Gloss(a) => gloss::run(&a, cli.json),
+        Verb::Tiles(a) => tiles::run(&a, cli.json),
+        Verb::Synth(a) => synth::run(&a, cli.json),
+        Verb::Models => models::run(cli.json),
+    };
+    match done {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("error: {e:#}");
+            std::process::ExitCode::FAILURE
+        }
+    }
+}
+
+/// Prints one JSON object.
+fn print_json(value: &serde_json::Value) -> anyhow::Result<()> {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    serde_json::to_writer_pretty(&mut out, value)?;
+    writeln!(out)?;
+    Ok(())
+}

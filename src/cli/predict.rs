@@ -1,0 +1,273 @@
+//! `asperity predict`: the whole chain, for maps and folders of maps.
+
+use super::map_options::MapOptions;
+use super::print_json;
+use super::progress::Bar;
+use super::scatter_options::ScatterOptions;
+use super::source::file_name;
+use super::tiles::{Look, caption};
+use crate::chart::{GlossPoint, gloss_vs_roughness};
+use crate::error::{Error, Result};
+use crate::heightmap::read::is_candidate;
+use crate::output::write_bytes;
+use crate::render::{Tile, render_tiles};
+use crate::report::{Prediction, csv, predict};
+use anyhow::{Context, bail};
+use clap::Args;
+use rayon::prelude::*;
+use serde_json::json;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Height maps, or folders of them
+    #[arg(required = true, value_name = "MAP|DIR")]
+    maps: Vec<PathBuf>,
+    /// Folder for the results; made if absent
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    #[command(flatten)]
+    map: MapOptions,
+    #[command(flatten)]
+    scatter: ScatterOptions,
+    #[command(flatten)]
+    look: Look,
+}
+
+/// A map that went through, with the file its table is in.
+struct Done {
+    prediction: Prediction,
+    table: PathBuf,
+    seconds: f64,
+}
+
+pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
+    let start = Instant::now();
+    let settings = a.scatter.settings()?;
+    let (paths, mut failures) = collect(&a.maps);
+    if paths.is_empty() && failures.is_empty() {
+        bail!(
+            "no height map found in {}",
+            a.maps.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+        );
+    }
+    std::fs::create_dir_all(&a.output).with_context(|| format!("cannot make the folder {}", a.output.display()))?;
+    let names = unique_stems(&paths);
+
+    let bar = Bar::new("tables", paths.len());
+    let results: Vec<(PathBuf, Result<Done>)> = paths
+        .par_iter()
+        .zip(&names)
+        .enumerate()
+        .map(|(k, (path, stem))| {
+            let done = one_map(a, path, stem, &settings, &|share| bar.set(k, share));
+            bar.set(k, 1.0);
+            (path.clone(), done)
+        })
+        .collect();
+    bar.finish();
+    let mut done = Vec::new();
+    for (path, result) in results {
+        match result {
+            Ok(d) => done.push(d),
+            Err(e) => failures.push((path, e)),
+        }
+    }
+    done.sort_by(|x, y| {
+        x.prediction.sq.total_cmp(&y.prediction.sq).then_with(|| x.prediction.name.cmp(&y.prediction.name))
+    });
+    let outputs = if done.is_empty() { Vec::new() } else { summarise(a, &done)? };
+    if json {
+        print_json(&as_json(&done, &failures, &outputs, start.elapsed().as_secs_f64()))?;
+    } else {
+        print_table(&done);
+        for path in &outputs {
+            println!("wrote {}", path.display());
+        }
+        if !done.is_empty() {
+            println!("{} maps in {:.1} s", done.len(), start.elapsed().as_secs_f64());
+        }
+    }
+    for d in &done {
+        for warning in &d.prediction.warnings {
+            eprintln!("warning: {}: {warning}", d.prediction.name);
+        }
+    }
+    for (_, error) in &failures {
+        eprintln!("error: {error}");
+    }
+    if failures.is_empty() {
+        return Ok(());
+    }
+    let list: Vec<String> = failures.iter().map(|(path, _)| file_name(path)).collect();
+    bail!("{} of {} maps failed: {}", failures.len(), failures.len() + done.len(), list.join(", "))
+}
+
+fn one_map(
+    a: &Arguments,
+    path: &Path,
+    stem: &str,
+    settings: &crate::report::Settings,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Done> {
+    let start = Instant::now();
+    let map = a.map.load(path)?;
+    let prediction = predict(&map, &file_name(path), settings, progress).map_err(|e| match e {
+        Error::Parameter { what, advice } => Error::content(path, what, advice),
+        other => other,
+    })?;
+    let table = a.output.join(format!("{stem}.npz"));
+    prediction.brdf.table().save(&table)?;
+    Ok(Done { prediction, table, seconds: start.elapsed().as_secs_f64() })
+}
+
+/// CSV, chart and tiles over all maps that went through.
+fn summarise(a: &Arguments, done: &[Done]) -> anyhow::Result<Vec<PathBuf>> {
+    let mut outputs: Vec<PathBuf> = done.iter().map(|d| d.table.clone()).collect();
+    let csv_path = a.output.join("gloss.csv");
+    write_bytes(&csv_path, csv::gloss_csv(done.iter().map(|d| &d.prediction)).as_bytes())?;
+    outputs.push(csv_path);
+
+    let points: Vec<GlossPoint> = done
+        .iter()
+        .map(|d| {
+            let p = &d.prediction;
+            GlossPoint { name: p.name.clone(), sq: p.sq, gloss: p.gloss, ray_valid: p.ray_valid() }
+        })
+        .collect();
+    let chart_path = a.output.join("gloss_vs_roughness.svg");
+    let svg = gloss_vs_roughness(&points, "Predicted gloss against surface roughness");
+    write_bytes(&chart_path, svg.as_bytes())?;
+    outputs.push(chart_path);
+
+    let tiles: Vec<Tile> = done
+        .iter()
+        .map(|d| Tile {
+            caption: caption(&d.prediction.name, Some(d.prediction.sq), d.prediction.gloss),
+            brdf: &d.prediction.brdf,
+        })
+        .collect();
+    let bar = Bar::new("tiles", 1);
+    let picture = render_tiles(&tiles, &a.look.options()?, &|share| bar.set(0, share))?;
+    bar.finish();
+    for (name, save) in [("tiles.png", true), ("tiles.exr", false)] {
+        let path = a.output.join(name);
+        if save {
+            picture.save_png(&path)?
+        } else {
+            picture.save_exr(&path)?
+        }
+        outputs.push(path);
+    }
+    Ok(outputs)
+}
+
+/// The files to read: those named, and from a folder those that are or claim to be height maps, by name.
+fn collect(arguments: &[PathBuf]) -> (Vec<PathBuf>, Vec<(PathBuf, Error)>) {
+    let (mut paths, mut failures) = (Vec::new(), Vec::new());
+    for argument in arguments {
+        if !argument.is_dir() {
+            paths.push(argument.clone());
+            continue;
+        }
+        match std::fs::read_dir(argument) {
+            Ok(entries) => {
+                let mut found: Vec<PathBuf> =
+                    entries.flatten().map(|e| e.path()).filter(|p| p.is_file() && is_candidate(p)).collect();
+                found.sort();
+                paths.extend(found);
+            }
+            Err(e) => failures.push((argument.clone(), Error::io(argument, "list", e))),
+        }
+    }
+    (paths, failures)
+}
+
+/// File stems, with a number appended where two maps share one.
+fn unique_stems(paths: &[PathBuf]) -> Vec<String> {
+    let mut used = BTreeSet::new();
+    paths
+        .iter()
+        .map(|path| {
+            let stem = path.file_stem().map_or_else(|| "map".to_owned(), |s| s.to_string_lossy().into_owned());
+            let mut name = stem.clone();
+            let mut k = 2;
+            while !used.insert(name.clone()) {
+                name = format!("{stem}-{k}");
+                k += 1;
+            }
+            name
+        })
+        .collect()
+}
+
+fn print_table(done: &[Done]) {
+    if done.is_empty() {
+        return;
+    }
+    let mut table = comfy_table::Table::new();
+    table.load_style(comfy_table::presets::UTF8_BORDERS_ONLY);
+    table.set_header([
+        "map",
+        "Sq nm",
+        "Sdq",
+        "missing %",
+        "gloss 20 deg",
+        "gloss 60 deg",
+        "gloss 85 deg",
+        "scattered by",
+    ]);
+    for d in done {
+        let p = &d.prediction;
+        let valid = p.ray_valid();
+        let gloss = |k: usize| {
+            let g = p.gloss[k];
+            format!("{:.2} +- {:.2}{}", g.value, g.standard_error, if valid[k] { " " } else { "*" })
+        };
+        table.add_row([
+            p.name.clone(),
+            format!("{:.2}", p.sq * 1e9),
+            format!("{:.4}", p.sdq),
+            format!("{:.3}", 100.0 * p.missing_fraction),
+            gloss(0),
+            gloss(1),
+            gloss(2),
+            p.method_summary(),
+        ]);
+    }
+    for column in 1..7 {
+        if let Some(c) = table.column_mut(column) {
+            c.set_cell_alignment(comfy_table::CellAlignment::Right);
+        }
+    }
+    println!("{table}");
+    println!("Gloss in GU (black glass n = 1.567 reads 100) +- one standard error of map and integration.");
+    if done.iter().any(|d| d.prediction.ray_valid().contains(&false)) {
+        println!(
+            "* Rayleigh parameter below 9: too smooth for rays at this angle, the true gloss is higher; see the warnings."
+        );
+    }
+}
+
+fn as_json(done: &[Done], failures: &[(PathBuf, Error)], outputs: &[PathBuf], seconds: f64) -> serde_json::Value {
+    let maps: Vec<_> = done
+        .iter()
+        .map(|d| {
+            let p = &d.prediction;
+            json!({
+                "map": p.name, "Sq_m": p.sq, "Sdq": p.sdq, "missing_fraction": p.missing_fraction,
+                "isotropic": p.isotropic, "method": p.method_summary(), "table": d.table.display().to_string(),
+                "gloss": super::gloss::gloss_json(p.gloss, Some(p)), "seconds": d.seconds,
+                "warnings": p.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            })
+        })
+        .collect();
+    json!({
+        "maps": maps,
+        "failed": failures.iter().map(|(p, e)| json!({ "file": p.display().to_string(), "error": e.to_string() })).collect::<Vec<_>>(),
+        "outputs": outputs.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
+        "seconds": seconds,
+    })
+}

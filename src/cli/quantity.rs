@@ -1,0 +1,115 @@
+//! Numbers with units as the command line writes them.
+
+/// Metres per unit.
+const LENGTHS: [(&str, f64); 7] =
+    [("nm", 1e-9), ("um", 1e-6), ("\u{b5}m", 1e-6), ("\u{3bc}m", 1e-6), ("mm", 1e-3), ("pm", 1e-12), ("m", 1.0)];
+
+/// `0.5um` to metres; 0 needs no unit.
+pub fn length(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    if text.parse::<f64>() == Ok(0.0) {
+        return Ok(0.0);
+    }
+    let (number, unit) = split(text);
+    let unit = LENGTHS.iter().find(|l| l.0 == unit).ok_or("write a number with nm, um, mm or m, such as 0.5um")?;
+    number
+        .parse::<f64>()
+        .ok()
+        .filter(|v| v.is_finite())
+        .map(|v| v * unit.1)
+        .ok_or_else(|| format!("`{number}` is not a number"))
+}
+
+/// `um` to 1e-6 [m].
+pub fn length_unit(text: &str) -> Result<f64, String> {
+    LENGTHS.iter().find(|l| l.0 == text.trim()).map(|l| l.1).ok_or_else(|| "write m, mm, um, nm or pm".to_owned())
+}
+
+/// `0.5um` or `0.5um,0.7um` to the sampling distance along x and y [m].
+pub fn pitch(text: &str) -> Result<[f64; 2], String> {
+    let parts: Vec<f64> = text.split(',').map(length).collect::<Result<_, _>>()?;
+    let pair = match parts[..] {
+        [both] => [both, both],
+        [x, y] => [x, y],
+        _ => return Err("write one pitch, or two as X,Y".to_owned()),
+    };
+    if pair.iter().all(|p| *p > 0.0) { Ok(pair) } else { Err("a pitch must be above zero".to_owned()) }
+}
+
+/// `20`, `20deg` or `0.35rad` to radians.
+pub fn angle(text: &str) -> Result<f64, String> {
+    let (number, unit) = split(text.trim());
+    let value =
+        number.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| format!("`{text}` is not an angle"))?;
+    match unit {
+        "" | "deg" | "\u{b0}" => Ok(value.to_radians()),
+        "rad" => Ok(value),
+        other => Err(format!("unit `{other}`: write deg or rad")),
+    }
+}
+
+/// `1024` or `1024x768` to columns and rows.
+pub fn size(text: &str) -> Result<[usize; 2], String> {
+    let parts: Vec<usize> = text
+        .split('x')
+        .map(|n| n.trim().parse().map_err(|_| format!("`{n}` is not a number of samples")))
+        .collect::<Result<_, _>>()?;
+    match parts[..] {
+        [both] => Ok([both, both]),
+        [w, h] => Ok([w, h]),
+        _ => Err("write N or WIDTHxHEIGHT".to_owned()),
+    }
+}
+
+/// `0.1,-0.05` to two numbers.
+pub fn pair(text: &str) -> Result<[f64; 2], String> {
+    let parts: Vec<f64> = text
+        .split(',')
+        .map(|n| n.trim().parse().map_err(|_| format!("`{n}` is not a number")))
+        .collect::<Result<_, _>>()?;
+    <[f64; 2]>::try_from(parts).map_err(|_| "write two numbers as X,Y".to_owned())
+}
+
+/// Cuts after the number; an exponent belongs to it.
+fn split(text: &str) -> (&str, &str) {
+    let bytes = text.as_bytes();
+    let mut end = 0;
+    while end < bytes.len() {
+        let b = bytes[end];
+        let exponent = matches!(b, b'e' | b'E') && matches!(bytes.get(end + 1), Some(b'0'..=b'9' | b'-' | b'+'));
+        if b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'+') || exponent {
+            end += 1;
+        } else {
+            break;
+        }
+    }
+    (text[..end].trim(), text[end..].trim())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_need_units() {
+        assert!((length("0.5um").unwrap() - 5e-7).abs() < 1e-20);
+        assert!((length("1e-3 mm").unwrap() - 1e-6).abs() < 1e-20);
+        assert_eq!(length("0").unwrap(), 0.0);
+        for bad in ["", "5", "um", "1e", "nan nm", "5 inch", "--1um"] {
+            assert!(length(bad).is_err(), "{bad}");
+        }
+        assert_eq!(pitch("1um,2um").unwrap(), [1e-6, 2e-6]);
+        assert!(pitch("1um,2um,3um").is_err() && pitch("0").is_err());
+    }
+
+    #[test]
+    fn angles_sizes_pairs() {
+        assert!((angle("20deg").unwrap() - 20f64.to_radians()).abs() < 1e-15);
+        assert!((angle("0.5rad").unwrap() - 0.5).abs() < 1e-15);
+        assert!(angle("20grad").is_err());
+        assert_eq!(size("64x32").unwrap(), [64, 32]);
+        assert!(size("64x").is_err());
+        assert_eq!(pair("0.1,-2e-2").unwrap(), [0.1, -0.02]);
+        assert!(pair("1").is_err());
+    }
+}

@@ -1,0 +1,89 @@
+//! Flags that say how to scatter.
+
+use super::quantity;
+use crate::error::Result;
+use crate::meter;
+use crate::optics::Material;
+use crate::report::Settings;
+use crate::scatter::{Method, Options, Symmetry};
+use clap::{Args, ValueEnum};
+
+#[derive(Args, Clone, Debug)]
+pub struct ScatterOptions {
+    /// How to scatter: auto takes the cheapest method that keeps the tolerance
+    #[arg(long, value_enum, default_value_t = MethodFlag::Auto)]
+    method: MethodFlag,
+    /// Material of the surface: mirror, n=1.5, n=1.0+6.6k, black-glass, epoxy, al, cu, au, ag, fe, cr, ni
+    #[arg(long, default_value = "n=1.5", value_name = "NAME")]
+    material: String,
+    /// Wavelength at which the material is looked up and the rays are judged
+    #[arg(long, value_parser = quantity::length, default_value = "550nm")]
+    wavelength: f64,
+    /// Incident polar angles [deg], rising [default: 0 to 88 in 13 steps]
+    #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
+    theta_i: Option<Vec<f64>>,
+    /// Source azimuths [deg] of an anisotropic table, rising [default: every 30]
+    #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
+    phi_i: Option<Vec<f64>>,
+    /// Whether to average over source azimuths
+    #[arg(long, value_enum, default_value_t = SymmetryFlag::Auto)]
+    symmetry: SymmetryFlag,
+    /// Share of the energy that may go unaccounted for before visibility is computed
+    #[arg(long, default_value_t = 0.01)]
+    tolerance: f64,
+    /// Rays per incident direction of --method rays
+    #[arg(long, default_value_t = 1_000_000)]
+    rays: u64,
+    /// Reflections a ray may make
+    #[arg(long, default_value_t = 8)]
+    bounces: u32,
+    /// Same seed, same bytes
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug)]
+enum MethodFlag {
+    Auto,
+    Facets,
+    Rays,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug)]
+enum SymmetryFlag {
+    Auto,
+    Isotropic,
+    Anisotropic,
+}
+
+impl ScatterOptions {
+    /// Wavelength [m].
+    pub fn wavelength(&self) -> f64 {
+        self.wavelength
+    }
+
+    /// The library's settings.
+    pub fn settings(&self) -> Result<Settings> {
+        let defaults = Options::default();
+        let scatter = Options {
+            method: match self.method {
+                MethodFlag::Auto => Method::Auto,
+                MethodFlag::Facets => Method::Facets,
+                MethodFlag::Rays => Method::Rays,
+            },
+            symmetry: match self.symmetry {
+                SymmetryFlag::Auto => Symmetry::Auto,
+                SymmetryFlag::Isotropic => Symmetry::Isotropic,
+                SymmetryFlag::Anisotropic => Symmetry::Anisotropic,
+            },
+            material: Material::parse(&self.material, self.wavelength)?,
+            theta_i: self.theta_i.clone().unwrap_or(defaults.theta_i),
+            phi_i: self.phi_i.clone().unwrap_or(defaults.phi_i),
+            tolerance: self.tolerance,
+            rays: self.rays,
+            bounces: self.bounces,
+            seed: self.seed,
+        };
+        Ok(Settings { scatter, wavelength: self.wavelength, meter: meter::Options::default() })
+    }
+}

@@ -1,0 +1,93 @@
+//! SOURCE on the command line: a height map, a table or a model.
+
+use super::map_options::MapOptions;
+use super::scatter_options::ScatterOptions;
+use crate::error::{Error, Result};
+use crate::math::Estimate;
+use crate::meter::{self, Geometry};
+use crate::model;
+use crate::optics::Brdf;
+use crate::report::{Prediction, predict, prediction};
+use crate::table::Table;
+use std::path::Path;
+
+/// A source ready to be looked at.
+pub enum Source {
+    Surface(Box<Prediction>),
+    Model { text: String, brdf: Box<dyn Brdf>, gloss: [Estimate; 3] },
+}
+
+impl Source {
+    /// Model by name, table by its header, height map by its content.
+    pub fn open(
+        text: &str,
+        map: &MapOptions,
+        scatter: &ScatterOptions,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Source> {
+        let settings = scatter.settings()?;
+        if model::is_model(text) {
+            let brdf = model::parse(text, scatter.wavelength())?;
+            let gloss = Geometry::standard_three().map(|g| meter::gloss(brdf.as_ref(), &g, &settings.meter));
+            progress(1.0);
+            return Ok(Source::Model { text: text.to_owned(), brdf, gloss });
+        }
+        let path = Path::new(text);
+        let name = file_name(path);
+        let bytes = std::fs::read(path).map_err(|e| {
+            if e.kind() == std::io::ErrorKind::NotFound {
+                Error::content(
+                    path,
+                    "there is no such file, and no model of that name",
+                    "`asperity models` lists the models",
+                )
+            } else {
+                Error::io(path, "read", e)
+            }
+        })?;
+        let found = if Table::recognises(&bytes) {
+            prediction::from_table(Table::load(path)?, &name, &settings)?
+        } else {
+            predict(&map.load(path)?, &name, &settings, progress)?
+        };
+        progress(1.0);
+        Ok(Source::Surface(Box::new(found)))
+    }
+
+    /// File name or model text.
+    pub fn name(&self) -> &str {
+        match self {
+            Source::Surface(p) => &p.name,
+            Source::Model { text, .. } => text,
+        }
+    }
+
+    /// What reflects.
+    pub fn brdf(&self) -> &dyn Brdf {
+        match self {
+            Source::Surface(p) => &p.brdf,
+            Source::Model { brdf, .. } => brdf.as_ref(),
+        }
+    }
+
+    /// Gloss at 20, 60, 85 deg.
+    pub fn gloss(&self) -> [Estimate; 3] {
+        match self {
+            Source::Surface(p) => p.gloss,
+            Source::Model { gloss, .. } => *gloss,
+        }
+    }
+
+    /// The surface behind it, if there is one.
+    pub fn surface(&self) -> Option<&Prediction> {
+        match self {
+            Source::Surface(p) => Some(p),
+            Source::Model { .. } => None,
+        }
+    }
+}
+
+/// Last component of a path, for people.
+pub fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
+}

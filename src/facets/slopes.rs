@@ -1,0 +1,100 @@
+//! Slopes of the two triangles of every cell.
+
+use crate::heightmap::{Edges, HeightMap};
+
+/// One triangle of a cell. The diagonal runs from (row, col) to (row+1, col+1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Facet {
+    /// Column of the cell.
+    pub column: usize,
+    /// Row of the cell.
+    pub row: usize,
+    /// `false`: the triangle below the diagonal (towards -y), `true`: the one above it.
+    pub upper: bool,
+    /// `dh/dx`.
+    pub p: f64,
+    /// `dh/dy`.
+    pub q: f64,
+}
+
+/// Number of cells along x and y: one less than the samples, or as many if the map is periodic.
+pub fn cells(map: &HeightMap) -> (usize, usize) {
+    match map.edges {
+        Edges::Periodic => (map.width(), map.height()),
+        Edges::Open | Edges::Mirrored => (map.width() - 1, map.height() - 1),
+    }
+}
+
+/// `p = dh/dx`, `q = dh/dy` of the lower and upper triangle from the heights of the four corners:
+/// `a` (row, col), `b` (row, col+1), `c` (row+1, col), `d` (row+1, col+1); row grows with -y.
+#[inline]
+pub fn of_corners([a, b, c, d]: [f64; 4], pitch_x: f64, pitch_y: f64) -> [(f64, f64); 2] {
+    [((d - c) / pitch_x, (a - c) / pitch_y), ((b - a) / pitch_x, (b - d) / pitch_y)]
+}
+
+/// Calls `visit` for every facet of cell row `row` whose three vertices are measured.
+#[inline]
+pub fn visit_row(map: &HeightMap, row: usize, mut visit: impl FnMut(Facet)) {
+    let (nx, _) = cells(map);
+    let width = map.width();
+    let top = map.heights.row(row);
+    let bottom = map.heights.row((row + 1) % map.height());
+    for column in 0..nx {
+        let next = if column + 1 == width { 0 } else { column + 1 };
+        let corners = [top[column], top[next], bottom[column], bottom[next]].map(f64::from);
+        for (k, (p, q)) in of_corners(corners, map.pitch_x, map.pitch_y).into_iter().enumerate() {
+            // A missing vertex makes a NaN slope in exactly the triangles it belongs to.
+            if (p + q).is_finite() {
+                visit(Facet { column, row, upper: k == 1, p, q });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+
+    fn map(heights: Array2<f32>, edges: Edges) -> HeightMap {
+        HeightMap { heights, pitch_x: 2.0, pitch_y: 5.0, edges, removed_slopes: [0.0; 2] }
+    }
+
+    #[test]
+    fn a_ramp_has_one_slope_everywhere_and_y_points_up() {
+        let m = map(Array2::from_shape_fn((4, 6), |(r, c)| 0.3 * 2.0 * c as f32 - 0.1 * 5.0 * r as f32), Edges::Open);
+        let mut count = 0;
+        for row in 0..cells(&m).1 {
+            visit_row(&m, row, |f| {
+                assert!((f.p - 0.3).abs() < 1e-6 && (f.q - 0.1).abs() < 1e-6);
+                count += 1;
+            });
+        }
+        assert_eq!(count, 2 * 3 * 5);
+    }
+
+    #[test]
+    fn a_missing_vertex_removes_its_six_triangles_only() {
+        let mut heights = Array2::zeros((5, 5));
+        heights[[2, 2]] = f32::NAN;
+        let m = map(heights, Edges::Open);
+        let mut count = 0;
+        (0..4).for_each(|row| visit_row(&m, row, |_| count += 1));
+        assert_eq!(count, 2 * 16 - 6);
+    }
+
+    #[test]
+    fn slopes_of_a_periodic_map_sum_to_zero() {
+        let m = map(Array2::from_shape_fn((7, 9), |(r, c)| ((r * r + 3 * c) % 5) as f32), Edges::Periodic);
+        let (mut p, mut q, mut n) = (0.0, 0.0, 0);
+        (0..7).for_each(|row| {
+            visit_row(&m, row, |f| {
+                p += f.p;
+                q += f.q;
+                n += 1;
+            })
+        });
+        assert_eq!(n, 2 * 63);
+        assert!(p.abs() < 1e-12 && q.abs() < 1e-12);
+    }
+}

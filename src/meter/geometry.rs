@@ -1,0 +1,87 @@
+//! What a glossmeter looks like from the specimen: angles and stops of the standard instruments.
+//!
+//! Every number is a public field, because part of them could not be checked against the text of the standards:
+//!
+//! | field | value | source |
+//! |---|---|---|
+//! | incidence | 20, 60, 85 deg | ISO 2813, ASTM D523 |
+//! | source stop | 0.75 x 2.5 deg | the well-known table of ASTM D523; recalled, the standard's text was not seen |
+//! | receptor stop 20 deg | 1.8 x 3.6 deg | instrument specifications quoting ISO 2813; the 1.8 deg also in ISO 13803 |
+//! | receptor stop 60 deg | 4.4 x 11.7 deg | instrument specifications quoting ISO 2813 |
+//! | receptor stop 85 deg | 4.0 x 6.0 deg | instrument specifications quoting ISO 2813 |
+//! | standard | polished black glass, n = 1.567 | ISO 2813: at 587.6 nm; ASTM D523: sodium D line (0.02 gloss units apart) |
+//!
+//! First the angle in the plane of measurement, then the angle across it. The stops are rectangles in the focal plane of a lens: they
+//! select directions, not places on the specimen (parallel-beam design).
+
+use crate::error::{Error, Result};
+use crate::optics::material::STANDARD_GLASS_INDEX;
+
+/// A glossmeter: one direction of incidence, a source stop, a receptor stop and the standard that defines 100.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Geometry {
+    /// Angle of incidence [rad]; the receptor axis lies at the same angle on the other side.
+    pub theta_i: f64,
+    /// Full angles of the source stop [rad]: in the plane of measurement, across it.
+    pub source: [f64; 2],
+    /// Full angles of the receptor stop [rad]: in the plane of measurement, across it.
+    pub receptor: [f64; 2],
+    /// Angle of the receptor axis beyond the specular direction, positive away from the normal [rad]; 0 for gloss.
+    pub offset: f64,
+    /// Refractive index of the flat black glass that reads 100.
+    pub standard_index: f64,
+}
+
+impl Geometry {
+    /// A gloss geometry with the standard source stop and black glass; all arguments in degrees.
+    pub fn with_receptor(theta_i_deg: f64, receptor_deg: [f64; 2]) -> Self {
+        Geometry {
+            theta_i: theta_i_deg.to_radians(),
+            source: [0.75, 2.5].map(f64::to_radians),
+            receptor: receptor_deg.map(f64::to_radians),
+            offset: 0.0,
+            standard_index: STANDARD_GLASS_INDEX,
+        }
+    }
+
+    /// 20 deg: high gloss, above 70 gloss units at 60 deg.
+    pub fn gloss20() -> Self {
+        Self::with_receptor(20.0, [1.8, 3.6])
+    }
+
+    /// 60 deg: the general one.
+    pub fn gloss60() -> Self {
+        Self::with_receptor(60.0, [4.4, 11.7])
+    }
+
+    /// 85 deg: low gloss, below 10 gloss units at 60 deg.
+    pub fn gloss85() -> Self {
+        Self::with_receptor(85.0, [4.0, 6.0])
+    }
+
+    /// The three geometries of ISO 2813 in rising order.
+    pub fn standard_three() -> [Self; 3] {
+        [Self::gloss20(), Self::gloss60(), Self::gloss85()]
+    }
+
+    /// Checks that the instrument can exist.
+    ///
+    /// # Errors
+    /// `Error::Parameter` if a stop is empty or wider than 90 deg, an axis is not above the surface, or the standard does not reflect.
+    pub fn validate(&self) -> Result<()> {
+        let right_angle = std::f64::consts::FRAC_PI_2;
+        let stops = self.source.iter().chain(&self.receptor);
+        let what = if stops.clone().any(|&a| !(a > 0.0 && a < right_angle)) {
+            "a stop of the glossmeter is not between 0 and 90 deg"
+        } else if !(self.theta_i >= 0.0 && self.theta_i < right_angle) {
+            "the angle of incidence of the glossmeter is not between 0 and 90 deg"
+        } else if (self.theta_i + self.offset).abs().partial_cmp(&right_angle) != Some(std::cmp::Ordering::Less) {
+            "the receptor of the glossmeter is below the surface"
+        } else if !(self.standard_index > 1.0 && self.standard_index.is_finite()) {
+            "the index of the gloss standard is not above 1"
+        } else {
+            return Ok(());
+        };
+        Err(Error::parameter(what, "start from Geometry::gloss20, gloss60 or gloss85 and change one field"))
+    }
+}

@@ -1,0 +1,116 @@
+//! Directional albedo by quadrature over half vectors, and its table over `theta_i`.
+
+use crate::math::quadrature::gauss_legendre;
+use crate::math::{direction, reflect};
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::LazyLock;
+
+/// Nodes of the table.
+const NODES: usize = 65;
+/// Directions round the lobe (trapezoid rule of a periodic function) and nodes along each.
+const AROUND: usize = 256;
+static ALONG: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(40));
+
+/// `E(wi) = int w(wh, wo) dc dchi / (2 pi)`: mean weight of half vectors drawn from a slope distribution.
+///
+/// Slopes are `(alpha_x t cos chi, alpha_y t sin chi)` with `t = radius(c)` the inverse of the radial
+/// distribution function and `chi` uniform. Along a fixed `chi` the reflected ray is above the horizon exactly
+/// for `t` below one root of a quadratic, so the integrand has no jump inside the domain: five digits, checked
+/// against reference quadratures in `tests/models.rs`.
+pub fn half_vector_average(
+    alpha: [f64; 2],
+    wi: DVec3,
+    radius: impl Fn(f64) -> f64,
+    distribution: impl Fn(f64) -> f64,
+    weight: impl Fn(DVec3, DVec3) -> f64,
+) -> f64 {
+    let mut sum = 0.0;
+    for k in 0..AROUND {
+        let (s, c) = (TAU * (k as f64 + 0.5) / AROUND as f64).sin_cos();
+        let (x, y) = (alpha[0] * c, alpha[1] * s);
+        // 2 (ci + t b) > ci (1 + t^2 m): above the horizon below the positive root t.
+        let (b, m) = (x * wi.x + y * wi.y, x * x + y * y);
+        let limit = (b + (b * b + wi.z * wi.z * m).sqrt()) / (wi.z * m);
+        // c = v^2 makes t smooth in v at the centre of the lobe.
+        let v_max = distribution(limit).sqrt();
+        for &(node, w) in ALONG.iter() {
+            // Nodes crowd towards the tail, where t grows as the root of a logarithm.
+            let rest = 0.5 * (1.0 - node);
+            let v = v_max * (1.0 - rest.powi(3));
+            let t = radius((v * v).min(1.0 - f64::EPSILON));
+            let wh = DVec3::new(x * t, y * t, 1.0).normalize();
+            let wo = reflect(wi, wh);
+            if wo.z > 0.0 {
+                sum += 3.0 * rest * rest * w * v * v_max * weight(wh, wo);
+            }
+        }
+    }
+    sum / AROUND as f64
+}
+
+/// `int max(0, cos_theta_r) du dchi / (2 pi)`: mean cosine of rays about the axis `r`, `1 - cos a = versine(u)` with `u` and `chi` uniform.
+pub fn ray_average(r: DVec3, versine: impl Fn(f64) -> f64) -> f64 {
+    let horizontal = r.x.hypot(r.y);
+    let mut sum = 0.0;
+    for k in 0..AROUND {
+        let chi = (TAU * (k as f64 + 0.5) / AROUND as f64).cos();
+        for &(node, w) in ALONG.iter() {
+            // u = v^2 makes the angle smooth in v at the centre of the lobe.
+            let v = (node + 1.0) / 2.0;
+            let versine = versine((v * v).min(1.0 - f64::EPSILON));
+            let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
+            sum += w * v * ((1.0 - versine) * r.z - sin * horizontal * chi).max(0.0);
+        }
+    }
+    sum / AROUND as f64
+}
+
+/// A function of `theta_i`, tabulated once and read by interpolation.
+#[derive(Debug, Clone)]
+pub struct AlbedoTable {
+    values: Vec<f64>,
+}
+
+impl AlbedoTable {
+    /// Tabulates `albedo(wi)`; `azimuths` incident azimuths are averaged (1 for an isotropic surface).
+    pub fn new(azimuths: usize, albedo: impl Fn(DVec3) -> f64) -> Self {
+        let value = |k: usize| {
+            let sum: f64 =
+                (0..azimuths).map(|a| albedo(direction(node_angle(k), TAU * a as f64 / azimuths as f64))).sum();
+            sum / azimuths as f64
+        };
+        AlbedoTable { values: (0..NODES).map(value).collect() }
+    }
+
+    /// Value at `theta_i` [rad], by Lagrange's polynomial through the six nearest nodes in the table's own coordinate.
+    pub fn at(&self, theta_i: f64) -> f64 {
+        let theta_i = theta_i.abs().min(LAST);
+        let s = coordinate(theta_i);
+        let first = (s as usize).saturating_sub(STENCIL / 2 - 1).min(NODES - STENCIL);
+        let node = |k: usize| if first + k == NODES - 1 { coordinate(LAST) } else { (first + k) as f64 };
+        (0..STENCIL)
+            .map(|k| {
+                let others = (0..STENCIL).filter(|&j| j != k);
+                self.values[first + k] * others.map(|j| (s - node(j)) / (node(k) - node(j))).product::<f64>()
+            })
+            .sum()
+    }
+}
+
+/// Nodes that one value is read from.
+const STENCIL: usize = 6;
+
+/// Last node: a hair above the horizon, where formulas still hold.
+const LAST: f64 = FRAC_PI_2 - 1e-4;
+
+/// The table's own coordinate: `theta = 90 deg (1 - (1 - s / (NODES - 1))^2)`, so that the spacing shrinks towards grazing.
+fn coordinate(theta: f64) -> f64 {
+    (1.0 - (1.0 - theta / FRAC_PI_2).max(0.0).sqrt()) * (NODES - 1) as f64
+}
+
+/// Angle of node `k`.
+fn node_angle(k: usize) -> f64 {
+    let s = k as f64 / (NODES - 1) as f64;
+    (FRAC_PI_2 * (1.0 - (1.0 - s) * (1.0 - s))).min(LAST)
+}

@@ -1,0 +1,165 @@
+//! Microfacets: what Beckmann and GGX surfaces share. The pages with parameters are [`super::beckmann`] and
+//! [`super::ggx`].
+//!
+//! `f_r = R(beta) D(wh) G / (4 cos_theta_i cos_theta_r)`, `G = 1 / (1 + Lambda(wi) + Lambda(wo))`
+//!
+//! `D(wh) = P(e) / (alpha_x alpha_y wh.z^4)` with `e = tan^2 theta_h (cos^2 phi_h / alpha_x^2 + sin^2 phi_h / alpha_y^2)`
+//! and `P` the slope density on the unit scale; `beta` is the angle of incidence on the facet.
+//! Sources: Walter, Marschner, Li, Torrance, EGSR 2007, equations 20-34; height-correlated Smith G: Heitz,
+//! J. Computer Graphics Techniques 3(2), 2014, equation 99.
+
+use super::albedo::{AlbedoTable, half_vector_average};
+use super::smooth::mirror_sample;
+use crate::math::{half_vector, reflect};
+use crate::optics::{Brdf, BrdfSample, Material};
+use glam::DVec3;
+use std::sync::OnceLock;
+
+/// Below this roughness the lobe is a specular core: its width, 0.008 deg, is under what any instrument or
+/// picture resolves, while `D(0) = 1 / (pi alpha^2)` grows without bound.
+pub const ALPHA_CORE: f64 = 1e-4;
+
+/// Incident azimuths averaged for the albedo of an anisotropic surface.
+const AZIMUTHS: usize = 16;
+
+/// A slope distribution of fixed shape, on the unit scale `alpha = 1`.
+pub trait Shape: Copy + Default + Send + Sync + std::fmt::Debug {
+    /// `P(e)`: density of slopes over the plane, `int P(t^2) 2 pi t dt = 1`.
+    fn slope_density(e: f64) -> f64;
+
+    /// Share of slopes with `e` up to the given one.
+    fn distribution(e: f64) -> f64;
+
+    /// The `e` below which the share `c` of slopes lies, `c` in `[0, 1)`.
+    fn quantile(c: f64) -> f64;
+
+    /// Smith `Lambda` at `v = cot theta / alpha(phi)`.
+    fn lambda(v: f64) -> f64;
+
+    /// Draws a facet normal as seen from `wi`: density `D G1(wi) cos_beta / cos_theta_i` per steradian.
+    fn sample_normal(alpha: [f64; 2], wi: DVec3, u: [f64; 2]) -> DVec3;
+}
+
+/// Rough interface with slope distribution `S`.
+#[derive(Debug, Clone)]
+pub struct Microfacet<S: Shape> {
+    alpha: [f64; 2],
+    material: Material,
+    albedo: OnceLock<AlbedoTable>,
+    shape: std::marker::PhantomData<S>,
+}
+
+/// Both zero if both are below [`ALPHA_CORE`], else each raised to it.
+pub fn floor_alpha(alpha: [f64; 2]) -> [f64; 2] {
+    if alpha[0].max(alpha[1]) < ALPHA_CORE { [0.0; 2] } else { alpha.map(|a| a.max(ALPHA_CORE)) }
+}
+
+/// `Lambda(w)` of shape `S`, anisotropic by stretching (Heitz 2014, equation 82).
+pub fn smith_lambda<S: Shape>(alpha: [f64; 2], w: DVec3) -> f64 {
+    let stretched = (alpha[0] * w.x).hypot(alpha[1] * w.y);
+    if stretched == 0.0 { 0.0 } else { S::lambda(w.z / stretched) }
+}
+
+impl<S: Shape> Microfacet<S> {
+    /// Roughness `[alpha_x, alpha_y]` (sqrt 2 times the rms slope along each axis), in `(0, inf)`; both below
+    /// [`ALPHA_CORE`] make a specular core, one alone is raised to it.
+    pub fn new(alpha: [f64; 2], material: Material) -> Self {
+        Microfacet { alpha: floor_alpha(alpha), material, albedo: OnceLock::new(), shape: std::marker::PhantomData }
+    }
+
+    fn is_core(&self) -> bool {
+        self.alpha[0] == 0.0
+    }
+
+    /// `D(wh)` [1/sr]: facet area per steradian of normals and unit mean-plane area; 0 for a specular core.
+    pub fn normal_density(&self, wh: DVec3) -> f64 {
+        if self.is_core() || wh.z <= 0.0 {
+            return 0.0;
+        }
+        let [ax, ay] = self.alpha;
+        let z2 = wh.z * wh.z;
+        let e = ((wh.x / ax).powi(2) + (wh.y / ay).powi(2)) / z2;
+        S::slope_density(e) / (ax * ay * z2 * z2)
+    }
+
+    /// Smith `Lambda(w)`; 0 for a specular core.
+    pub fn lambda(&self, w: DVec3) -> f64 {
+        smith_lambda::<S>(self.alpha, w)
+    }
+
+    /// `G = 1 / (1 + Lambda_i + Lambda_o)`.
+    fn shadowing(&self, wi: DVec3, wo: DVec3) -> f64 {
+        1.0 / (1.0 + self.lambda(wi) + self.lambda(wo))
+    }
+
+    /// Albedo at `wi` by quadrature (five digits).
+    fn integrate(&self, wi: DVec3) -> f64 {
+        half_vector_average(
+            self.alpha,
+            wi,
+            |c| S::quantile(c).sqrt(),
+            |t| S::distribution(t * t),
+            |wh, wo| {
+                let cos_beta = wi.dot(wh);
+                self.material.reflectance(cos_beta) * self.shadowing(wi, wo) * cos_beta / (wi.z * wh.z)
+            },
+        )
+    }
+}
+
+impl<S: Shape> Brdf for Microfacet<S> {
+    fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
+        if wi.z <= 0.0 || wo.z <= 0.0 || self.is_core() {
+            return 0.0;
+        }
+        let wh = half_vector(wi, wo);
+        let d = self.normal_density(wh);
+        // Far from the lobe D underflows to 0, and shadowing need not be computed.
+        if d == 0.0 {
+            0.0
+        } else {
+            self.material.reflectance(wi.dot(wh)) * d * self.shadowing(wi, wo) / (4.0 * wi.z * wo.z)
+        }
+    }
+
+    fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
+        if wi.z <= 0.0 {
+            return None;
+        }
+        if self.is_core() {
+            return mirror_sample(wi, self.specular_core(wi));
+        }
+        let wh = S::sample_normal(self.alpha, wi, u);
+        let wo = reflect(wi, wh);
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let (lambda_i, lambda_o) = (self.lambda(wi), self.lambda(wo));
+        let pdf = self.normal_density(wh) / (4.0 * wi.z * (1.0 + lambda_i));
+        // D cancels between f_r and the pdf.
+        let weight = self.material.reflectance(wi.dot(wh)) * (1.0 + lambda_i) / (1.0 + lambda_i + lambda_o);
+        (pdf > 0.0).then_some(BrdfSample { wo, weight, pdf, specular: false })
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        if wi.z <= 0.0 || wo.z <= 0.0 || self.is_core() {
+            return 0.0;
+        }
+        let wh = half_vector(wi, wo);
+        let d = self.normal_density(wh);
+        if d == 0.0 { 0.0 } else { d / (4.0 * wi.z * (1.0 + self.lambda(wi))) }
+    }
+
+    /// Averaged over the incident azimuth if the surface is anisotropic.
+    fn albedo(&self, theta_i: f64) -> f64 {
+        if self.is_core() {
+            return self.material.reflectance(theta_i.cos());
+        }
+        let azimuths = if self.alpha[0] == self.alpha[1] { 1 } else { AZIMUTHS };
+        self.albedo.get_or_init(|| AlbedoTable::new(azimuths, |wi| self.integrate(wi))).at(theta_i)
+    }
+
+    fn specular_core(&self, wi: DVec3) -> f64 {
+        if self.is_core() && wi.z > 0.0 { self.material.reflectance(wi.z) } else { 0.0 }
+    }
+}

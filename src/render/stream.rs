@@ -1,0 +1,176 @@
+//! The random numbers of one path: a scrambled Sobol point, taken two coordinates at a time.
+
+use sobol_burley::NUM_DIMENSIONS;
+use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev};
+
+/// Coordinates that are tabulated: the pixel and three and a half reflections.
+const TABLED: usize = 16;
+/// Longest sequence of the direction numbers; it goes on under another scramble.
+const POINTS: u32 = 1 << 16;
+
+/// The first coordinates of the Sobol points of a pixel, bits reversed and not yet scrambled.
+///
+/// They are the same for every pixel, only the Owen scramble differs: tabulated once per picture they cost a load.
+pub(super) struct SobolTable {
+    points: Vec<[u32; TABLED]>,
+}
+
+impl SobolTable {
+    /// The table for `samples` paths per pixel.
+    pub(super) fn new(samples: u32) -> Self {
+        let point = |index: u32| std::array::from_fn(|d| sobol_rev(index.reverse_bits(), d as u32));
+        SobolTable { points: (0..samples.clamp(1, POINTS)).map(point).collect() }
+    }
+}
+
+/// The scrambles of one pixel.
+pub(super) struct PixelStream<'a> {
+    table: &'a SobolTable,
+    pixel_seed: u64,
+    block: u32,
+    seed: u32,
+    scrambles: [u32; TABLED],
+}
+
+impl<'a> PixelStream<'a> {
+    /// An Owen-scrambled Sobol sequence (Burley, J. Computer Graphics Techniques 9(4), 2020) for pixel number `pixel`.
+    pub(super) fn new(table: &'a SobolTable, seed: u64, pixel: u64) -> Self {
+        let mut stream =
+            PixelStream { table, pixel_seed: mix(mix(seed) ^ pixel), block: 0, seed: 0, scrambles: [0; TABLED] };
+        stream.enter_block(0);
+        stream
+    }
+
+    /// Point `index` of the sequence: the numbers of one path.
+    #[inline]
+    pub(super) fn path(&mut self, index: u32) -> PathStream<'_> {
+        if index / POINTS != self.block {
+            self.enter_block(index / POINTS);
+        }
+        let index = index % POINTS;
+        PathStream { pixel: self, index, tabled: &self.table.points[index as usize % self.table.points.len()], used: 0 }
+    }
+
+    fn enter_block(&mut self, block: u32) {
+        self.block = block;
+        self.seed = (mix(self.pixel_seed ^ u64::from(block)) >> 32) as u32;
+        self.scrambles = std::array::from_fn(|d| scramble_of(self.seed, d as u32));
+    }
+}
+
+/// The coordinates of one point, in order.
+pub(super) struct PathStream<'a> {
+    pixel: &'a PixelStream<'a>,
+    index: u32,
+    tabled: &'a [u32; TABLED],
+    used: usize,
+}
+
+impl PathStream<'_> {
+    /// The next two coordinates, in `[0, 1)` with 32 bits.
+    #[inline]
+    pub(super) fn pair(&mut self) -> [f64; 2] {
+        let first = self.used;
+        self.used += 2;
+        if first + 1 < TABLED {
+            let coordinate = |d: usize| unit(owen_scramble_rev(self.tabled[d], self.pixel.scrambles[d]));
+            [coordinate(first), coordinate(first + 1)]
+        } else {
+            [self.far(first as u32), self.far(first as u32 + 1)]
+        }
+    }
+
+    /// A coordinate beyond the table; beyond the last dimension the points are shuffled and used again.
+    fn far(&self, d: u32) -> f64 {
+        let (lap, dimension) = (d / NUM_DIMENSIONS, d % NUM_DIMENSIONS);
+        let mut index = self.index.reverse_bits();
+        if lap > 0 {
+            index = owen_scramble_rev(index, scramble_of(!self.pixel.seed, lap));
+        }
+        unit(owen_scramble_rev(sobol_rev(index, dimension), scramble_of(self.pixel.seed, d)))
+    }
+
+    /// An independent number in `[0, 1)` that belongs to no coordinate.
+    #[inline]
+    pub(super) fn lonely(&self) -> f64 {
+        let key = u64::from(self.index) << 32 ^ self.used as u64;
+        (mix(mix(self.pixel.pixel_seed ^ u64::from(self.pixel.block)) ^ key) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// The scramble of a coordinate; the odd factor keeps structured seeds from cancelling the coordinate.
+fn scramble_of(seed: u32, d: u32) -> u32 {
+    hash(seed.wrapping_mul(0x9C8F_2D3B) ^ hash(d))
+}
+
+/// Reversed bits as a fraction of 1.
+#[inline]
+fn unit(reversed: u32) -> f64 {
+    f64::from(reversed.reverse_bits()) * (1.0 / (1u64 << 32) as f64)
+}
+
+/// Bijective scrambling of 64 bits: the finaliser of SplitMix64 (Steele, Lea, Flood, OOPSLA 2014).
+#[inline]
+fn mix(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let x = (x ^ x >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let x = (x ^ x >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+    x ^ x >> 31
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 256 points fall once into each cell of every division into 256 equal boxes: a (0, 8, 2)-net in base 2.
+    #[test]
+    fn the_first_two_coordinates_are_stratified() {
+        let table = SobolTable::new(256);
+        for pixel in 0..20 {
+            let mut stream = PixelStream::new(&table, 3, pixel);
+            let points: Vec<[f64; 2]> = (0..256).map(|i| stream.path(i).pair()).collect();
+            for columns in [1, 2, 16, 64, 256] {
+                let rows = 256 / columns;
+                let mut counts = vec![0; 256];
+                for [x, y] in &points {
+                    counts[(x * columns as f64) as usize + columns * (y * rows as f64) as usize] += 1;
+                }
+                assert!(counts.iter().all(|&c| c == 1), "{columns} columns");
+            }
+        }
+    }
+
+    #[test]
+    fn pixels_seeds_and_blocks_differ_and_repeat() {
+        let table = SobolTable::new(POINTS + 9);
+        let first = |seed, pixel, index| PixelStream::new(&table, seed, pixel).path(index).pair();
+        assert_eq!(first(1, 2, 3), first(1, 2, 3));
+        let all = [first(1, 2, 3), first(2, 2, 3), first(1, 3, 3), first(1, 2, 4), first(1, 2, 3 + POINTS)];
+        for (i, a) in all.iter().enumerate() {
+            assert!(all[..i].iter().all(|b| a != b));
+        }
+    }
+
+    #[test]
+    fn long_paths_go_on_beyond_the_table_and_the_dimensions() {
+        let table = SobolTable::new(64);
+        let mut stream = PixelStream::new(&table, 0, 0);
+        // Neither neighbours nor a coordinate and its second lap may be correlated over the points.
+        let mut numbers = vec![Vec::new(); 600];
+        for index in 0..64 {
+            let mut path = stream.path(index);
+            for pair in numbers.chunks_mut(2) {
+                let [a, b] = path.pair();
+                pair[0].push(a);
+                pair[1].push(b);
+            }
+            assert!((0.0..1.0).contains(&path.lonely()));
+        }
+        for (i, j) in [(14, 15), (15, 16), (0, 256), (3, 259), (255, 256), (40, 552)] {
+            let product: f64 = numbers[i].iter().zip(&numbers[j]).map(|(a, b)| (a - 0.5) * (b - 0.5)).sum();
+            assert!(numbers[i].iter().chain(&numbers[j]).all(|u| (0.0..1.0).contains(u)));
+            // Standard error of a correlation of 64 points: 1 / 8.
+            assert!((12.0 * product / 64.0).abs() < 4.0 / 8.0, "{i} and {j}: {product}");
+        }
+    }
+}

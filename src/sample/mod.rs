@@ -1,0 +1,7 @@
+//! Floor 6: drawing directions.
+
+pub mod alias;
+pub mod table_brdf;
+
+pub use alias::AliasTable;
+pub use table_brdf::TableBrdf;

@@ -1,0 +1,113 @@
+//! The deterministic facet sum: every facet is a beam.
+
+use super::bounce::{Arrival, Walk};
+use super::cells::{HalfVectorCells, facing};
+use super::tally::{CORE_SLOPE, Tally};
+use crate::facets::slopes::{self, Facet};
+use crate::facets::visibility::Fate;
+use crate::math::direction;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Fractional part of the golden ratio: its multiples fill a circle as evenly as any number of points can.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Rows per task.
+const ROWS: usize = 16;
+
+/// The azimuth of the source: one, or all of them averaged by giving every facet its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Azimuth {
+    /// `phi_i` [rad].
+    Fixed(f64),
+    /// Isotropic average; cells then lie in the frame of the source (`phi_i = 0`).
+    Averaged,
+}
+
+impl Azimuth {
+    /// Azimuth for item `k` when averaging, and the turn into the frame of the cells.
+    #[inline]
+    pub fn of(self, u: f64) -> (f64, f64) {
+        match self {
+            Azimuth::Fixed(phi) => (phi, 0.0),
+            Azimuth::Averaged => (std::f64::consts::TAU * u, std::f64::consts::TAU * u),
+        }
+    }
+}
+
+/// `v` turned by `-angle` about z.
+#[inline]
+pub fn turned_back(v: DVec3, angle: f64) -> DVec3 {
+    if angle == 0.0 {
+        return v;
+    }
+    let (s, c) = angle.sin_cos();
+    DVec3::new(c * v.x + s * v.y, c * v.y - s * v.x, v.z)
+}
+
+/// `E_k = sum over facets of w V R(beta) [o in k] / sum w V`, with `w = max(0, 1 - tan(theta_i) (p cos phi_i + q sin phi_i))`
+/// and V = 1 where a short march from the facet's centroid reaches the source; a blocked exit goes on as a ray.
+///
+/// Deterministic: same map, same tally, for any number of threads.
+pub fn facet_sum(walk: &Walk, cells: &HalfVectorCells, theta_i: f64, azimuth: Azimuth) -> Tally {
+    let map = walk.field.map();
+    let (_, ny) = slopes::cells(map);
+    let starts: Vec<usize> = (0..ny).step_by(ROWS).collect();
+    let parts: Vec<Tally> = starts
+        .into_par_iter()
+        .map(|start| {
+            let mut tally = Tally::new(cells.len());
+            for row in start..(start + ROWS).min(ny) {
+                slopes::visit_row(map, row, |facet| add_facet(walk, cells, theta_i, azimuth, facet, &mut tally));
+            }
+            tally
+        })
+        .collect();
+    let mut tally = Tally::merged(cells.len(), parts);
+    tally.shadowed /= tally.incident.max(f64::MIN_POSITIVE);
+    tally
+}
+
+fn add_facet(walk: &Walk, cells: &HalfVectorCells, theta_i: f64, azimuth: Azimuth, facet: Facet, tally: &mut Tally) {
+    let id = (facet.row * walk.field.cells()[0] + facet.column) * 2 + usize::from(facet.upper);
+    let (phi, turn) = azimuth.of((id as f64 * GOLDEN).fract());
+    let wi = direction(theta_i, phi);
+    let Some(beam) = facing(facet.p, facet.q, wi) else { return };
+    let (u, v) = if facet.upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
+    let (column, row) = (facet.column as f64 + u, facet.row as f64 + v);
+    let arrival = Arrival {
+        point: [column, row, centroid_height(walk, &facet)],
+        facet: ([facet.column, facet.row], facet.upper),
+        slope: (facet.p, facet.q),
+        back: wi,
+        flip: [1.0, 1.0],
+    };
+    if let Fate::Hit(_) = walk.onward(&arrival, wi) {
+        tally.shadowed += beam.weight;
+        return;
+    }
+    tally.incident += beam.weight;
+    tally.beams += 1;
+    let end = walk.follow(arrival);
+    tally.absorbed += beam.weight * end.absorbed;
+    tally.lost += beam.weight * end.lost;
+    let Some((wo, energy)) = end.escaped else { return };
+    let energy = beam.weight * energy;
+    if end.bounces > 1 {
+        tally.multiple += energy;
+        tally.add(cells.locate_pair(direction(theta_i, phi - turn), turned_back(wo, turn)), energy);
+    } else if facet.p.abs().max(facet.q.abs()) < CORE_SLOPE {
+        tally.core += energy;
+    } else {
+        let slope = turned_back(DVec3::new(facet.p, facet.q, 0.0), turn);
+        tally.add(cells.locate(slope.x, slope.y), energy);
+    }
+}
+
+fn centroid_height(walk: &Walk, facet: &Facet) -> f64 {
+    let map = walk.field.map();
+    let (c, r) = (facet.column, facet.row);
+    let (c1, r1) = ((c + 1) % map.width(), (r + 1) % map.height());
+    let third = if facet.upper { map.heights[[r, c1]] } else { map.heights[[r1, c]] };
+    (f64::from(map.heights[[r, c]]) + f64::from(map.heights[[r1, c1]]) + f64::from(third)) / 3.0
+}

@@ -1,0 +1,13 @@
+//! Floor 4: how the facets scatter: detectors, tallies, the facet sum and the naive rays.
+
+pub mod bounce;
+pub mod cells;
+pub mod choice;
+pub mod facet_sum;
+pub mod rays;
+pub mod slope_histogram;
+pub mod tally;
+
+pub use cells::HalfVectorCells;
+pub use choice::{Decision, Method, Options, Scatter, Symmetry, scatter};
+pub use tally::Tally;

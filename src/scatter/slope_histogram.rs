@@ -1,0 +1,112 @@
+//! One pass over the facets that serves every incident direction for which nothing is hidden.
+
+use super::cells::{HalfVectorCells, facing};
+use super::tally::{CORE_SLOPE, Tally};
+use crate::facets::distribution::Hiding;
+use crate::facets::slopes;
+use crate::heightmap::HeightMap;
+use crate::optics::Material;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Sub-areas along each axis: their scatter is the map-to-map error.
+pub const SUBAREAS_PER_AXIS: usize = 4;
+
+/// Density of facets in the slope plane: `P_k = count_k / (M area_k)`, for the map and for its sub-areas.
+#[derive(Debug, Clone)]
+pub struct SlopeDensity {
+    /// Density per unit slope area and cell, specular core excluded.
+    pub density: Vec<f64>,
+    /// Share of the facets that are the specular core.
+    pub core: f64,
+    /// The same densities for each sub-area that has facets.
+    pub subareas: Vec<Vec<f64>>,
+}
+
+impl SlopeDensity {
+    /// Counts the facets of `map` into `cells`. `isotropic` averages every ring over its sectors.
+    pub fn measure(map: &HeightMap, cells: &HalfVectorCells, isotropic: bool) -> Self {
+        let (nx, ny) = slopes::cells(map);
+        let n = cells.len();
+        let across = SUBAREAS_PER_AXIS;
+        // The extra slot of each sub-area counts the core.
+        let counts: Vec<Vec<u64>> = (0..across)
+            .into_par_iter()
+            .map(|band| {
+                let mut counts = vec![0u64; across * (n + 1)];
+                for row in band * ny / across..(band + 1) * ny / across {
+                    slopes::visit_row(map, row, |f| {
+                        let cell = if f.p.abs().max(f.q.abs()) < CORE_SLOPE { n } else { cells.locate(f.p, f.q) };
+                        counts[f.column * across / nx * (n + 1) + cell] += 1;
+                    });
+                }
+                counts
+            })
+            .collect();
+        let per_subarea: Vec<&[u64]> = counts.iter().flat_map(|band| band.chunks(n + 1)).collect();
+        let mut total = vec![0u64; n + 1];
+        for counts in &per_subarea {
+            total.iter_mut().zip(*counts).for_each(|(t, c)| *t += c);
+        }
+        let density_of = |counts: &[u64]| {
+            let facets = counts.iter().sum::<u64>() as f64;
+            let mut density: Vec<f64> = (0..n).map(|k| counts[k] as f64 / (facets * cells.area(k))).collect();
+            if isotropic {
+                average_rings(cells, &mut density);
+            }
+            density
+        };
+        SlopeDensity {
+            density: density_of(&total),
+            core: total[n] as f64 / total.iter().sum::<u64>() as f64,
+            subareas: per_subarea.iter().filter(|c| c.iter().any(|&x| x > 0)).map(|c| density_of(c)).collect(),
+        }
+    }
+
+    /// `E_k = P_k * integral G R(beta) cb / (ch ci) dp dq / sum`, with Smith's masking-shadowing G of the measured slopes.
+    ///
+    /// What G hides, or mirrors below the horizon, would meet the surface again: it is `lost`, and its share says
+    /// whether this shortcut may be taken.
+    pub fn tally(&self, cells: &HalfVectorCells, wi: DVec3, material: &Material, hiding: &Hiding) -> Tally {
+        let mut tally = Tally::new(cells.len());
+        let mut facing_area = 0.0;
+        let mut escaping = 0.0;
+        for (k, &density) in self.density.iter().enumerate() {
+            if density == 0.0 {
+                continue;
+            }
+            for point in cells.points(k) {
+                let Some(f) = facing(point.p, point.q, wi) else { continue };
+                let beam = density * point.area * f.weight;
+                facing_area += beam;
+                if f.wo.z > 0.0 {
+                    let seen = beam * hiding.visible(wi.z, f.wo.z);
+                    let reflected = seen * material.reflectance(f.cos_beta);
+                    escaping += seen;
+                    tally.energy[k] += reflected;
+                    tally.absorbed += seen - reflected;
+                }
+            }
+        }
+        let reflectance = material.reflectance(wi.z);
+        tally.core = self.core * reflectance;
+        tally.absorbed += self.core * (1.0 - reflectance);
+        // Facing area beyond the illuminated area is counted twice by facets hidden behind others.
+        let lambda = hiding.lambda(wi.z);
+        tally.incident = facing_area / (1.0 + lambda) + self.core;
+        tally.lost = (tally.incident - self.core - escaping).max(0.0);
+        // What the quadrature rounds differently from Lambda must not open the book.
+        tally.incident = tally.lost + escaping + self.core;
+        tally.shadowed = lambda;
+        tally
+    }
+}
+
+/// Replaces every ring by its mean: exact averaging over the azimuth of the source.
+pub fn average_rings(cells: &HalfVectorCells, values: &mut [f64]) {
+    for ring in 0..cells.sectors.len() {
+        let range = cells.cells_of_ring(ring);
+        let mean = values[range.clone()].iter().sum::<f64>() / range.len() as f64;
+        values[range].fill(mean);
+    }
+}

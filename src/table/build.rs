@@ -1,0 +1,230 @@
+//! From tallies to a table that keeps the energy of every node.
+
+use super::balance::Balance;
+use super::{Node, Provenance, Table};
+use crate::math::direction;
+use crate::optics::Material;
+use crate::scatter::cells::{HalfVectorCells, POINTS, Stencil, cell_weight, facing};
+use crate::scatter::{Method, Scatter, Tally};
+use glam::DVec3;
+
+/// A cell of which less than this share has its mirror direction above the horizon says too little about its density.
+const SEEN_ENOUGH: f64 = 0.05;
+
+impl Table {
+    /// `T_k = E_k / integral over cell k of R(beta) cb / (ch ci) dp dq`, then made consistent with interpolation:
+    /// the mean of the interpolated `T` over each cell equals `T_k` to second order, and the energy of each
+    /// incident direction is kept exactly.
+    pub fn from_scatter(scatter: &Scatter, provenance: Provenance) -> Table {
+        let cells = &scatter.cells;
+        let n = cells.len();
+        let stencils: Vec<[Stencil; POINTS]> =
+            (0..n).map(|k| cells.points(k).map(|point| cells.stencil(point.p, point.q))).collect();
+        let mut table = Table {
+            cells: cells.clone(),
+            isotropic: scatter.isotropic,
+            material: scatter.material,
+            theta_i: scatter.theta_i.clone(),
+            tangents: scatter.theta_i.iter().map(|t| t.tan()).collect(),
+            phi_i: scatter.phi_i.clone(),
+            density: Vec::new(),
+            relative_error: Vec::new(),
+            subarea_ratio: subarea_ratios(scatter),
+            nodes: Vec::new(),
+            balance: Balance::default(),
+            provenance,
+        };
+        let by_subarea = relative_scatter(&table.subarea_ratio, n);
+        let phis = scatter.phi_i.len();
+        for (t, row) in scatter.tallies.iter().enumerate() {
+            for (p, tally) in row.iter().enumerate() {
+                let wi = direction(scatter.theta_i[t], scatter.phi_i[p]);
+                let node_below = t.checked_sub(1).map(|below| table.node_range(below * phis + p));
+                let below = node_below.map(|range| table.density[range].to_vec());
+                let mut density = cell_densities(cells, tally, wi, &scatter.material, below.as_deref());
+                if scatter.isotropic {
+                    density = (0..n).map(|k| 0.5 * (density[k] + density[cells.mirrored(k)])).collect();
+                }
+                keep_cell_means(cells, &mut density, &stencils);
+                keep_energy(cells, &mut density, &stencils, tally, wi, &scatter.material);
+                table.relative_error.extend((0..n).map(|k| relative_error(scatter, tally, k, by_subarea[k])));
+                table.density.extend(density);
+                table.nodes.push(node_of(tally, &scatter.material, wi));
+            }
+        }
+        let spread: Vec<f64> = table.subarea_albedo_spread();
+        for (node, spread) in table.nodes.iter_mut().zip(spread) {
+            node.albedo_error = node.albedo_error.hypot(spread);
+        }
+        table.balance = Balance::of(&table);
+        table
+    }
+
+    /// Standard error of each node's albedo from the sub-areas.
+    fn subarea_albedo_spread(&self) -> Vec<f64> {
+        let phis = self.phi_i.len();
+        (0..self.nodes.len())
+            .map(|node| {
+                let wi = direction(self.theta_i[node / phis], self.phi_i[node % phis]);
+                let base = &self.density[self.node_range(node)];
+                let weights: Vec<(f64, f64)> =
+                    (0..base.len()).map(|k| cell_weight(&self.cells, k, wi, &self.material)).collect();
+                let albedos: Vec<f64> = self
+                    .subarea_ratio
+                    .iter()
+                    .map(|ratio| {
+                        let (mut reflected, mut lit) = (0.0, 0.0);
+                        for k in 0..base.len() {
+                            reflected += base[k] * ratio[k] * weights[k].0;
+                            lit += base[k] * ratio[k] * weights[k].1;
+                        }
+                        if lit > 0.0 { reflected / lit } else { 0.0 }
+                    })
+                    .collect();
+                crate::math::Estimate::from_repeats(&albedos).standard_error
+            })
+            .collect()
+    }
+}
+
+/// Density per cell; where the cell is (nearly) below the horizon the node of the next smaller angle stands in,
+/// so that a lobe interpolated between the two does not fade.
+fn cell_densities(
+    cells: &HalfVectorCells,
+    tally: &Tally,
+    wi: DVec3,
+    material: &Material,
+    below: Option<&[f64]>,
+) -> Vec<f64> {
+    (0..cells.len())
+        .map(|k| {
+            let (reflected, _) = cell_weight(cells, k, wi, material);
+            let (seen, _) = cell_weight(cells, k, wi, &Material::Mirror);
+            if seen < SEEN_ENOUGH * cells.area(k) || reflected <= 0.0 {
+                below.map_or(0.0, |b| b[k])
+            } else {
+                share(tally, k) / reflected
+            }
+        })
+        .collect()
+}
+
+/// One step of the iteration `T <- T + (T_k - mean of interpolated T over cell k)`: linear interpolation of cell means
+/// widens a lobe by a quarter of the squared cell width, this takes the widening back.
+fn keep_cell_means(cells: &HalfVectorCells, density: &mut [f64], stencils: &[[Stencil; POINTS]]) {
+    let means: Vec<f64> = stencils
+        .iter()
+        .enumerate()
+        .map(|(k, stencils)| {
+            let points = cells.points(k);
+            let held: f64 = points.iter().zip(stencils).map(|(p, s)| p.area * interpolate(density, s)).sum();
+            held / cells.area(k)
+        })
+        .collect();
+    for (t, mean) in density.iter_mut().zip(means) {
+        *t = (2.0 * *t - mean).max(0.0);
+    }
+}
+
+/// Scales `T` so that the interpolated table reflects exactly the escaped energy of the tally.
+fn keep_energy(
+    cells: &HalfVectorCells,
+    density: &mut [f64],
+    stencils: &[[Stencil; POINTS]],
+    tally: &Tally,
+    wi: DVec3,
+    material: &Material,
+) {
+    let wanted: f64 = (0..cells.len()).map(|k| share(tally, k)).sum();
+    let held: f64 = (0..cells.len()).map(|k| cell_energy(cells, density, &stencils[k], k, wi, material)).sum();
+    if held > 0.0 {
+        density.iter_mut().for_each(|t| *t *= wanted / held);
+    }
+}
+
+/// Share of the incident energy that a cell received.
+fn share(tally: &Tally, cell: usize) -> f64 {
+    if tally.incident > 0.0 { tally.energy[cell] / tally.incident } else { 0.0 }
+}
+
+/// `integral over the cell of R(beta) T cb / (ch ci) dp dq` above the horizon, by the points of [`HalfVectorCells::points`].
+fn cell_energy(
+    cells: &HalfVectorCells,
+    density: &[f64],
+    stencils: &[Stencil; POINTS],
+    cell: usize,
+    wi: DVec3,
+    material: &Material,
+) -> f64 {
+    let mut energy = 0.0;
+    for (point, stencil) in cells.points(cell).iter().zip(stencils) {
+        let t = interpolate(density, stencil);
+        if t > 0.0
+            && let Some(f) = facing(point.p, point.q, wi)
+            && f.wo.z > 0.0
+        {
+            energy += point.area * t * f.weight * material.reflectance(f.cos_beta);
+        }
+    }
+    energy
+}
+
+#[inline]
+pub(super) fn interpolate(density: &[f64], stencil: &Stencil) -> f64 {
+    stencil.iter().map(|&(k, w)| density[k] * w).sum()
+}
+
+/// Relative standard error of a cell: map-to-map scatter, and the counting error of the rays if rays were traced.
+fn relative_error(scatter: &Scatter, tally: &Tally, cell: usize, by_subarea: Option<f64>) -> f64 {
+    let energy = tally.energy[cell];
+    let counting = if energy > 0.0 { tally.energy_squared[cell].sqrt() / energy } else { 0.0 };
+    match (by_subarea, scatter.method) {
+        (Some(s), Method::Rays) => s.hypot(counting),
+        (Some(s), _) => s,
+        (None, _) => counting,
+    }
+}
+
+/// Density of each sub-area over that of the map; 1 where the map has no facet.
+fn subarea_ratios(scatter: &Scatter) -> Vec<Vec<f64>> {
+    let whole = &scatter.density.density;
+    scatter
+        .density
+        .subareas
+        .iter()
+        .map(|sub| sub.iter().zip(whole).map(|(s, w)| if *w > 0.0 { s / w } else { 1.0 }).collect())
+        .collect()
+}
+
+/// Standard error of the mean over sub-areas, relative; `None` where the map has no single-bounce facet.
+fn relative_scatter(ratios: &[Vec<f64>], cells: usize) -> Vec<Option<f64>> {
+    (0..cells)
+        .map(|k| {
+            let values: Vec<f64> = ratios.iter().map(|r| r[k]).collect();
+            let e = crate::math::Estimate::from_repeats(&values);
+            (e.standard_error > 0.0).then_some(e.standard_error)
+        })
+        .collect()
+}
+
+fn node_of(tally: &Tally, material: &Material, wi: DVec3) -> Node {
+    let book = tally.book();
+    let reflectance = material.reflectance(wi.z);
+    let incident = if tally.incident > 0.0 { tally.incident } else { 1.0 };
+    let squares: f64 = tally.energy_squared.iter().sum();
+    Node {
+        core_share: if reflectance > 0.0 { tally.core / incident / reflectance } else { 0.0 },
+        albedo: book.escaped,
+        // Only rays scatter; the squares of a slope-density tally are zero.
+        albedo_error: if tally.beams > 0 {
+            let n = tally.beams as f64;
+            (squares / n - (book.escaped * incident / n).powi(2)).max(0.0).sqrt() / n.sqrt() * n / incident
+        } else {
+            0.0
+        },
+        absorbed: book.absorbed,
+        lost: book.lost,
+        multiple: tally.multiple / incident,
+        shadowed: tally.shadowed,
+    }
+}

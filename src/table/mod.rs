@@ -1,0 +1,150 @@
+//! Floor 5: the BRDF as numbers.
+
+mod balance;
+mod build;
+mod eval;
+mod file;
+
+pub(crate) use eval::Incident;
+pub use eval::NodeWeights;
+pub use file::FORMAT_VERSION;
+
+use crate::optics::Material;
+use crate::scatter::{HalfVectorCells, Method};
+use serde::{Deserialize, Serialize};
+
+/// Where a table comes from; stored in the file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, Default)]
+pub struct Provenance {
+    /// File name of the height map, without its folder.
+    pub source: String,
+    /// Root-mean-square height after levelling [m].
+    #[serde(rename = "Sq_m")]
+    pub sq: f64,
+    /// Root-mean-square gradient.
+    #[serde(rename = "Sdq")]
+    pub sdq: f64,
+    /// Share of missing points.
+    pub missing_fraction: f64,
+    /// Wavelength at which the material was looked up and the rays are judged [m].
+    #[serde(rename = "wavelength_m")]
+    pub wavelength: f64,
+    pub method: Method,
+    pub seed: u64,
+    /// Program and version.
+    pub program: String,
+}
+
+/// `f_r(wi, wo) = R(beta) T(theta_i, phi_i; slope) / (4 cos_theta_i cos_theta_r cos^4 theta_h) + specular core`.
+///
+/// `T` is the density of lit, unhidden facets per unit slope area, tabulated over half-vector cells for each
+/// incident direction and interpolated linearly in ring, sector, theta_i and phi_i; `R` is the Fresnel
+/// reflectance, never tabulated. The half vector fixes the facet (Torrance and Sparrow 1967), so lobes move with
+/// `wi` instead of fading from node to node. Outside the nodes the nearest one serves.
+///
+/// An isotropic table lies in the frame of the source (`phi_i = 0`), an anisotropic one in that of the map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    pub(crate) cells: HalfVectorCells,
+    pub(crate) isotropic: bool,
+    pub(crate) material: Material,
+    /// Incident polar angles [rad], rising.
+    pub(crate) theta_i: Vec<f64>,
+    /// Their tangents.
+    pub(crate) tangents: Vec<f64>,
+    /// Source azimuths [rad], rising; one if isotropic or if nothing is hidden.
+    pub(crate) phi_i: Vec<f64>,
+    /// `T` at the cell centres, `[theta][phi][cell]`.
+    pub(crate) density: Vec<f64>,
+    /// Standard error of `T` relative to it, same shape.
+    pub(crate) relative_error: Vec<f64>,
+    /// `T` of each sub-area of the map relative to the whole, `[sub-area][cell]`.
+    pub(crate) subarea_ratio: Vec<Vec<f64>>,
+    /// Facts per node, `[theta][phi]`.
+    pub(crate) nodes: Vec<Node>,
+    /// Energy between the nodes, derived from `density`; not stored in the file.
+    pub(crate) balance: balance::Balance,
+    pub provenance: Provenance,
+}
+
+/// The energy of one incident direction.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Node {
+    /// Share of the lit area that is the specular core (before Fresnel).
+    pub core_share: f64,
+    /// Escaped share of the incident energy, core included: the albedo.
+    pub albedo: f64,
+    /// Standard error of the albedo.
+    pub albedo_error: f64,
+    pub absorbed: f64,
+    pub lost: f64,
+    /// Share of the incident energy that escaped after more than one bounce.
+    pub multiple: f64,
+    /// Facet area hidden from the source, relative to the lit area.
+    pub shadowed: f64,
+}
+
+impl Table {
+    /// Incident polar angles of the nodes [rad].
+    pub fn theta_i(&self) -> &[f64] {
+        &self.theta_i
+    }
+
+    /// Source azimuths of the nodes [rad].
+    pub fn phi_i(&self) -> &[f64] {
+        &self.phi_i
+    }
+
+    /// Whether the table holds the average over source azimuths.
+    pub fn is_isotropic(&self) -> bool {
+        self.isotropic
+    }
+
+    /// The half-vector cells.
+    pub fn cells(&self) -> &HalfVectorCells {
+        &self.cells
+    }
+
+    /// The interface whose Fresnel reflectance multiplies the table.
+    pub fn material(&self) -> Material {
+        self.material
+    }
+
+    /// Energy book of a node.
+    pub fn node(&self, theta: usize, phi: usize) -> Node {
+        self.nodes[theta * self.phi_i.len() + phi]
+    }
+
+    /// Number of sub-areas that carry the map-to-map error.
+    pub fn subareas(&self) -> usize {
+        self.subarea_ratio.len()
+    }
+
+    /// The table of one sub-area of the map: same nodes and the same energy, its own slope density.
+    ///
+    /// # Panics
+    /// If `k` is not below [`Table::subareas`].
+    pub fn of_subarea(&self, k: usize) -> Table {
+        let ratio = &self.subarea_ratio[k];
+        let n = self.cells.len();
+        let mut table = self.clone();
+        table.subarea_ratio.clear();
+        table.density.chunks_mut(n).for_each(|t| t.iter_mut().zip(ratio).for_each(|(t, r)| *t *= r));
+        table.balance = balance::Balance::of(&table);
+        // A sub-area has other slopes, not another amount of light.
+        for node in 0..table.nodes.len() {
+            let (own, whole) = (table.balance.own[node], self.balance.own[node]);
+            if own > 0.0 {
+                let range = table.node_range(node);
+                table.density[range].iter_mut().for_each(|t| *t *= whole / own);
+            }
+        }
+        table.balance = balance::Balance::of(&table);
+        table
+    }
+
+    /// Range of a node's cells in `density` and `relative_error`.
+    pub(crate) fn node_range(&self, node: usize) -> std::ops::Range<usize> {
+        node * self.cells.len()..(node + 1) * self.cells.len()
+    }
+}
