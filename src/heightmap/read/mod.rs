@@ -30,13 +30,13 @@ pub(crate) use png::{PITCH_KEYWORD as PNG_PITCH, RANGE_KEYWORD as PNG_RANGE};
 /// What the user knows and the file may not say.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ReadOptions {
-    /// Sampling distance along x and y [m], for formats that carry none.
+    /// Sampling distance along x and y \[m\], for formats that carry none.
     pub pitch: Option<[f64; 2]>,
     /// Metres per stored height, for formats that carry no unit.
     pub unit: Option<f64>,
     /// Which layer of a file with several, counted from 0; the first if not given.
     pub layer: Option<usize>,
-    /// Heights [m] of the lowest and highest integer a picture can hold.
+    /// Heights \[m\] of the lowest and highest integer a picture can hold.
     pub height_range: Option<[f64; 2]>,
 }
 
@@ -188,9 +188,7 @@ const EXTENSIONS: [&str; 15] =
 pub fn is_candidate(path: &Path) -> bool {
     use std::io::Read;
     let claims = path.extension().is_some_and(|e| EXTENSIONS.iter().any(|x| e.eq_ignore_ascii_case(x)));
-    let mut first = [0u8; 1024];
-    let known = std::fs::File::open(path).and_then(|mut f| f.read(&mut first)).is_ok_and(|n| is_recognised(&first[..n]));
-    // A table of ours is a ZIP like an x3p; its name tells them apart.
-    let table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"));
-    claims || (known && !table)
+    let mut first = Vec::new();
+    let start = std::fs::File::open(path).and_then(|f| f.take(RECOGNITION_BYTES as u64).read_to_end(&mut first));
+    claims || (start.is_ok() && is_recognised(&first))
 }

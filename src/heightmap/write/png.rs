@@ -1,6 +1,6 @@
 //! 16-bit grey PNG: `raw = 65535 * (height - low) / (high - low)`; a map with gaps gets an alpha channel, 0 where missing.
 //!
-//! Range and pitch [m] are kept in text chunks, which our reader uses; other programs need them said.
+//! Range and pitch \[m\] are kept in text chunks, which our reader uses; other programs need them said.
 
 use crate::error::{Error, Result};
 use crate::heightmap::RawMap;
@@ -9,7 +9,7 @@ use crate::output::write_bytes;
 use png::{BitDepth, ColorType, Encoder};
 use std::path::Path;
 
-/// Writes the map and returns the heights `[low, high]` [m] of black and white.
+/// Writes the map and returns the heights `[low, high]` \[m\] of black and white.
 ///
 /// # Errors
 /// `Error::Parameter` if every point is missing or a side is too long, `Error::Io` otherwise.

@@ -1,4 +1,4 @@
-//! Surface data file of ISO 25178-71, edition 1.0: binary f64 or ASCII. `height = raw * Zscale` [m].
+//! Surface data file of ISO 25178-71, edition 1.0: binary f64 or ASCII. `height = raw * Zscale` \[m\].
 //!
 //! Counts are 16 bits wide, so a map has at most 65535 points a side. Same map, same bytes: the dates are fixed.
 
