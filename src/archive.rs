@@ -5,17 +5,23 @@ use std::io::{Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter};
 
-/// A member may unpack to this many times the size of the archive ...
-const EXPANSION: u64 = 64;
+/// Content may unpack to this many times the size of its file ...
+pub const EXPANSION: u64 = 64;
 /// ... or to this many bytes if that is more: a flat 4096 x 4096 map of f64 compresses 1000 to 1 and fits.
 const FLOOR_BYTES: u64 = 256 << 20;
+
+/// Largest plausible content, in bytes, of a compressed file of `packed` bytes, whatever it announces.
+pub fn unpack_limit(packed: usize) -> u64 {
+    FLOOR_BYTES.max(EXPANSION.saturating_mul(packed as u64))
+}
 
 /// An opened archive. Names are compared without regard to case, and `\` counts as `/`.
 pub struct Archive<'a> {
     zip: ZipArchive<Cursor<&'a [u8]>>,
     names: Vec<String>,
     format: &'static str,
-    limit: u64,
+    /// Bytes that may still be unpacked, over all members.
+    left: u64,
 }
 
 impl<'a> Archive<'a> {
@@ -27,7 +33,7 @@ impl<'a> Archive<'a> {
         let zip = ZipArchive::new(Cursor::new(bytes))
             .map_err(|e| Fault::Corrupt { format, what: format!("the ZIP directory cannot be read ({e})") })?;
         let names = zip.file_names_raw().map(|n| String::from_utf8_lossy(n).replace('\\', "/")).collect();
-        Ok(Archive { zip, names, format, limit: FLOOR_BYTES.max(EXPANSION.saturating_mul(bytes.len() as u64)) })
+        Ok(Archive { zip, names, format, left: unpack_limit(bytes.len()) })
     }
 
     /// Names of all members, in the order of the directory.
@@ -56,7 +62,7 @@ impl<'a> Archive<'a> {
             },
             e => corrupt(format!("member {name:?} cannot be opened ({e})")),
         })?;
-        let at_most = at_most.min(self.limit);
+        let at_most = at_most.min(self.left);
         let mut bytes = Vec::new();
         member
             .take(at_most.saturating_add(1))
@@ -65,6 +71,7 @@ impl<'a> Archive<'a> {
         if bytes.len() as u64 > at_most {
             return Err(corrupt(format!("member {name:?} unpacks to more than the {at_most} bytes it may have")));
         }
+        self.left -= bytes.len() as u64;
         Ok(bytes)
     }
 }

@@ -18,6 +18,9 @@ pub struct MapOptions {
     /// Layer of a file with several, from 0
     #[arg(long)]
     layer: Option<usize>,
+    /// Heights of black and white in a picture of integers: LOW,HIGH
+    #[arg(long, value_parser = quantity::height_range, value_name = "LOW,HIGH", allow_hyphen_values = true)]
+    height_range: Option<[f64; 2]>,
     /// What lies beyond the border; periodic only for maps made so
     #[arg(long, value_enum, default_value_t = EdgesFlag::Open)]
     edges: EdgesFlag,
@@ -36,7 +39,8 @@ enum EdgesFlag {
 impl MapOptions {
     /// Reads and levels one map.
     pub fn load(&self, path: &Path) -> Result<HeightMap> {
-        let raw = read(path, &ReadOptions { pitch: self.pitch, unit: self.unit, layer: self.layer })?;
+        let MapOptions { pitch, unit, layer, height_range, .. } = *self;
+        let raw = read(path, &ReadOptions { pitch, unit, layer, height_range })?;
         let edges = match self.edges {
             EdgesFlag::Open => Edges::Open,
             EdgesFlag::Mirrored => Edges::Mirrored,

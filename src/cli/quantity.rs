@@ -36,6 +36,15 @@ pub fn pitch(text: &str) -> Result<[f64; 2], String> {
     if pair.iter().all(|p| *p > 0.0) { Ok(pair) } else { Err("a pitch must be above zero".to_owned()) }
 }
 
+/// `0um,2.5um` to the lowest and the highest height [m].
+pub fn height_range(text: &str) -> Result<[f64; 2], String> {
+    let parts: Vec<f64> = text.split(',').map(length).collect::<Result<_, _>>()?;
+    match parts[..] {
+        [low, high] if low < high => Ok([low, high]),
+        _ => Err("write two heights as LOW,HIGH".to_owned()),
+    }
+}
+
 /// `20`, `20deg` or `0.35rad` to radians.
 pub fn angle(text: &str) -> Result<f64, String> {
     let (number, unit) = split(text.trim());
@@ -100,6 +109,8 @@ mod tests {
         }
         assert_eq!(pitch("1um,2um").unwrap(), [1e-6, 2e-6]);
         assert!(pitch("1um,2um,3um").is_err() && pitch("0").is_err());
+        assert_eq!(height_range("-1um,0").unwrap(), [-1e-6, 0.0]);
+        assert!(height_range("1um").is_err() && height_range("2um,1um").is_err());
     }
 
     #[test]

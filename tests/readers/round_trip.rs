@@ -3,7 +3,7 @@
 use crate::largest_difference;
 use asperity::heightmap::RawMap;
 use asperity::heightmap::read::{ReadOptions, read};
-use asperity::heightmap::write::{npy, x3p};
+use asperity::heightmap::write::{npy, png, sdf, x3p};
 use ndarray::Array2;
 use std::path::Path;
 
@@ -73,4 +73,55 @@ fn npy_keeps_orientation_gaps_and_heights() {
     assert_eq!((back.pitch_x, back.pitch_y), (0.4e-6, 0.9e-6));
     let back = through(&map, &options, |p, m| npy::write(p, m, npy::Precision::Float32).unwrap());
     assert!(largest_difference(&map, &back) <= 2.3e-6 * 2f64.powi(-24));
+}
+
+#[test]
+fn sdf_keeps_everything_exactly() {
+    for offset in [0.0, 0.0763] {
+        let map = asymmetric(offset, true);
+        for encoding in [sdf::Encoding::Binary, sdf::Encoding::Ascii] {
+            let back = through(&map, &ReadOptions::default(), |p, m| sdf::write(p, m, encoding).unwrap());
+            assert_eq!((back.pitch_x, back.pitch_y), (0.4e-6, 0.9e-6), "{encoding:?}");
+            assert_eq!(largest_difference(&map, &back), 0.0, "{encoding:?}");
+        }
+    }
+}
+
+#[test]
+fn png_keeps_pitch_orientation_gaps_and_heights() {
+    for gaps in [false, true] {
+        let map = asymmetric(1e-3, gaps);
+        let back = through(&map, &ReadOptions::default(), |p, m| {
+            let [low, high] = png::write(p, m).unwrap();
+            assert!(low > 0.9e-3 && high < 1.1e-3 && high - low < 1.3e-6);
+        });
+        assert_eq!((back.pitch_x, back.pitch_y), (0.4e-6, 0.9e-6));
+        // Half of 65535 steps over the range, and the last place of f64 at 1 mm.
+        assert!(largest_difference(&map, &back) <= 0.5 * 1.3e-6 / 65535.0 + 2.0 * f64::EPSILON * 1e-3);
+    }
+}
+
+#[test]
+fn the_user_s_range_wins_over_the_picture_s() {
+    let map = asymmetric(0.0, false);
+    let options = ReadOptions { height_range: Some([0.0, 65535.0]), ..ReadOptions::default() };
+    let back = through(&map, &options, |p, m| {
+        png::write(p, m).unwrap();
+    });
+    // Black is the lowest point, white the raised corner.
+    assert_eq!(back.heights[[0, 0]], 65535.0);
+    assert_eq!(back.heights.iter().copied().fold(f64::INFINITY, f64::min), 0.0);
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_refused_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = |heights| RawMap { heights, pitch_x: 1e-6, pitch_y: 1e-6, format: "test", notes: vec![] };
+    let long = map(Array2::zeros((2, 70_000)));
+    let error = sdf::write(&folder.path().join("a.sdf"), &long, sdf::Encoding::Binary).unwrap_err();
+    assert!(error.to_string().contains("70000 points"), "{error}");
+    let empty = map(Array2::from_elem((3, 3), f64::NAN));
+    assert!(png::write(&folder.path().join("a.png"), &empty).is_err());
+    assert!(x3p::write(&folder.path().join("a.x3p"), &empty, x3p::Samples::Int16).is_err());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }

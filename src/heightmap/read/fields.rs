@@ -1,10 +1,13 @@
 //! Numbers and text at known places of a binary file; every access is checked against its end.
 
 use crate::error::Fault;
+use ndarray::Array2;
 
 /// How one number is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sample {
+    U8,
+    I8,
     U16,
     I16,
     U32,
@@ -17,6 +20,7 @@ impl Sample {
     /// Bytes of one number.
     pub fn size(self) -> usize {
         match self {
+            Sample::U8 | Sample::I8 => 1,
             Sample::U16 | Sample::I16 => 2,
             Sample::U32 | Sample::I32 | Sample::F32 => 4,
             Sample::F64 => 8,
@@ -38,6 +42,8 @@ impl Sample {
             };
         }
         match self {
+            Sample::U8 => decode!(u8),
+            Sample::I8 => decode!(i8),
             Sample::U16 => decode!(u16),
             Sample::I16 => decode!(i16),
             Sample::U32 => decode!(u32),
@@ -102,4 +108,13 @@ impl<'a> Fields<'a> {
 pub fn plane_bytes(rows: usize, columns: usize, size: usize, format: &'static str) -> Result<usize, Fault> {
     let product = rows.checked_mul(columns).and_then(|n| n.checked_mul(size)).filter(|&n| n > 0);
     product.ok_or_else(|| Fault::Corrupt { format, what: format!("a grid of {columns} x {rows} points is impossible") })
+}
+
+/// Rows of `columns` heights as a matrix.
+pub fn into_grid(rows: usize, columns: usize, heights: Vec<f64>, format: &'static str) -> Result<Array2<f64>, Fault> {
+    let count = heights.len();
+    Array2::from_shape_vec((rows, columns), heights).map_err(|_| Fault::Corrupt {
+        format,
+        what: format!("{count} heights do not fill a grid of {columns} x {rows} points"),
+    })
 }

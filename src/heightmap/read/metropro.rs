@@ -5,15 +5,14 @@
 //! Source: header table of the MetroPro reference guide, as read alike by Gwyddion, prysm and SurfaceTopography.
 
 use super::ReadOptions;
-use super::fields::{Fields, Sample, plane_bytes};
+use super::fields::{Fields, Sample, into_grid, plane_bytes};
 use crate::error::Fault;
 use crate::heightmap::RawMap;
-use ndarray::Array2;
 
 pub const NAME: &str = "MetroPro";
 
 /// Heights from here on mean "no data".
-const MISSING: f64 = 2_147_483_640.0;
+pub const MISSING: f64 = 2_147_483_640.0;
 
 pub fn recognises(bytes: &[u8]) -> bool {
     // The three magics end in 6F, 70, 71 for header formats 1, 2, 3.
@@ -39,14 +38,8 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
         (0, _, _) | (_, 0, _) | (_, _, 0) => 0,
         _ => plane_bytes(intensity_rows, intensity_columns, 2 * frames, NAME)?,
     };
-    let steps = match file.u16(218)? {
-        0 => 4096.0,
-        1 => 32768.0,
-        2 => 131_072.0,
-        other => return Err(Fault::Corrupt { format: NAME, what: format!("phase resolution {other} is unknown") }),
-    };
     let real = |at| file.number(at, Sample::F32);
-    let factor = real(164)? * real(176)? * real(168)? / steps;
+    let factor = real(164)? * real(176)? * real(168)? / phase_steps(file.u16(218)?)?;
     let sign = if file.u16(232)? == 0 { 1.0 } else { -1.0 };
     let unit = if factor.is_finite() && factor != 0.0 { sign * factor } else { options.unit_or_missing(NAME)? };
     let lateral = real(184)?;
@@ -55,9 +48,17 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
     for height in &mut heights {
         *height = if *height >= MISSING { f64::NAN } else { *height * unit };
     }
-    let heights = Array2::from_shape_vec((rows, columns), heights)
-        .map_err(|e| Fault::Corrupt { format: NAME, what: e.to_string() })?;
     let comment = file.text(80, 82)?;
     let notes = if comment.is_empty() { vec![] } else { vec![("comment".to_owned(), comment)] };
-    Ok(RawMap { heights, pitch_x, pitch_y, format: NAME, notes })
+    Ok(RawMap { heights: into_grid(rows, columns, heights, NAME)?, pitch_x, pitch_y, format: NAME, notes })
+}
+
+/// Steps per fringe for the three phase resolutions; readers exist that are one place off and 8 times too high.
+pub fn phase_steps(resolution: usize) -> Result<f64, Fault> {
+    match resolution {
+        0 => Ok(4096.0),
+        1 => Ok(32768.0),
+        2 => Ok(131_072.0),
+        other => Err(Fault::Corrupt { format: NAME, what: format!("phase resolution {other} is unknown") }),
+    }
 }

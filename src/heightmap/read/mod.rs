@@ -1,24 +1,43 @@
 //! Readers, one file each, chosen by the first bytes of the file and never by its name.
 
+mod al3d;
+mod bcrf;
+mod datx;
+mod exr;
 mod fields;
+mod gwy;
 mod metropro;
+mod nms;
 mod npy;
+mod npz;
+mod plu;
+mod png;
+mod sdf;
+mod sur;
+mod text;
+mod tiff;
+mod units;
 mod wyko;
 mod x3p;
+mod zygo_text;
 
 use super::RawMap;
 use crate::error::{Error, Fault, Result};
 use std::path::Path;
 
+pub(crate) use png::{PITCH_KEYWORD as PNG_PITCH, RANGE_KEYWORD as PNG_RANGE};
+
 /// What the user knows and the file may not say.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ReadOptions {
-    /// Sampling distance along x and y [m], for formats that carry none.
+    /// Sampling distance along x and y \[m\], for formats that carry none.
     pub pitch: Option<[f64; 2]>,
     /// Metres per stored height, for formats that carry no unit.
     pub unit: Option<f64>,
     /// Which layer of a file with several, counted from 0; the first if not given.
     pub layer: Option<usize>,
+    /// Heights \[m\] of the lowest and highest integer a picture can hold.
+    pub height_range: Option<[f64; 2]>,
 }
 
 impl ReadOptions {
@@ -42,23 +61,68 @@ impl ReadOptions {
             advice: "give it, for example --unit um".to_owned(),
         })
     }
+
+    /// What an unsigned level up to `highest` means: a share of the height range, else so many units.
+    fn height_of_level(
+        &self,
+        format: &'static str,
+        highest: f64,
+    ) -> std::result::Result<impl Fn(f64) -> f64 + use<>, Fault> {
+        let [low, step] = match (self.height_range, self.unit) {
+            (Some([low, high]), _) => [low, (high - low) / highest],
+            (None, Some(unit)) => [0.0, unit],
+            (None, None) => {
+                return Err(Fault::MetadataMissing {
+                    format,
+                    what: "the range of the heights".to_owned(),
+                    advice: "give the heights of black and white, for example --height-range 0um,2.5um".to_owned(),
+                });
+            }
+        };
+        Ok(move |level| low + level * step)
+    }
 }
 
 type Reader = fn(&[u8], &ReadOptions) -> std::result::Result<RawMap, Fault>;
 
-/// Name, test on the first bytes, reader.
+/// One format: a line in [`FORMATS`] and a file beside this one.
 struct Format {
     name: &'static str,
     recognises: fn(&[u8]) -> bool,
     read: Reader,
+    /// Only height maps look like this. Pictures, text and archives hold other things as well.
+    heights_only: bool,
 }
 
-/// Every format we read, most specific magic first. A new format is one line here and one file.
+macro_rules! reader {
+    ($module:ident, heights only) => {
+        Format { name: $module::NAME, recognises: $module::recognises, read: $module::read, heights_only: true }
+    };
+    ($module:ident, anything) => {
+        Format { name: $module::NAME, recognises: $module::recognises, read: $module::read, heights_only: false }
+    };
+}
+
+/// Every format we read, most specific magic first.
 const FORMATS: &[Format] = &[
-    Format { name: x3p::NAME, recognises: x3p::recognises, read: x3p::read },
-    Format { name: metropro::NAME, recognises: metropro::recognises, read: metropro::read },
-    Format { name: wyko::NAME, recognises: wyko::recognises, read: wyko::read },
-    Format { name: npy::NAME, recognises: npy::recognises, read: npy::read },
+    reader!(npz, anything),
+    reader!(x3p, heights only),
+    reader!(metropro, heights only),
+    reader!(wyko, heights only),
+    reader!(sur, heights only),
+    reader!(sdf, heights only),
+    reader!(al3d, heights only),
+    reader!(gwy, heights only),
+    reader!(bcrf, heights only),
+    reader!(npy, heights only),
+    reader!(plu, heights only),
+    reader!(nms, heights only),
+    reader!(datx, heights only),
+    reader!(zygo_text, heights only),
+    reader!(png, anything),
+    reader!(tiff, anything),
+    reader!(exr, anything),
+    reader!(text, anything),
 ];
 
 /// Names of the formats that can be read.
@@ -106,9 +170,14 @@ pub fn read_bytes(bytes: &[u8], options: &ReadOptions) -> std::result::Result<Ra
         .and_then(|f| (f.read)(bytes, options))
 }
 
-/// Whether the first bytes look like a file some reader would take; used to pick the maps out of a folder.
+/// As many first bytes as any format needs to be recognised.
+pub const RECOGNITION_BYTES: usize = 4096;
+
+/// Whether a file that begins with `first_bytes` (at least [`RECOGNITION_BYTES`], if it has as many) is a height map.
+///
+/// Used to pick the maps out of a folder. Pictures, text and `.npz` archives may be anything: name them one by one.
 pub fn is_recognised(first_bytes: &[u8]) -> bool {
-    FORMATS.iter().any(|f| (f.recognises)(first_bytes))
+    FORMATS.iter().find(|f| (f.recognises)(first_bytes)).is_some_and(|f| f.heights_only)
 }
 
 /// Extensions that announce a height map; only used to decide whether an unreadable file in a folder is worth an error.
@@ -119,9 +188,7 @@ const EXTENSIONS: [&str; 15] =
 pub fn is_candidate(path: &Path) -> bool {
     use std::io::Read;
     let claims = path.extension().is_some_and(|e| EXTENSIONS.iter().any(|x| e.eq_ignore_ascii_case(x)));
-    let mut first = [0u8; 1024];
-    let known = std::fs::File::open(path).and_then(|mut f| f.read(&mut first)).is_ok_and(|n| is_recognised(&first[..n]));
-    // A table of ours is a ZIP like an x3p; its name tells them apart.
-    let table = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"));
-    claims || (known && !table)
+    let mut first = Vec::new();
+    let start = std::fs::File::open(path).and_then(|f| f.take(RECOGNITION_BYTES as u64).read_to_end(&mut first));
+    claims || (start.is_ok() && is_recognised(&first))
 }

@@ -1,6 +1,7 @@
 //! NumPy `.npy`: a matrix of heights without pitch or unit, which the user must give.
 
 use super::ReadOptions;
+use super::fields::into_grid;
 use crate::error::Fault;
 use crate::heightmap::RawMap;
 use crate::npy::{self, Array};
@@ -32,5 +33,5 @@ fn heights(array: &Array, unit: f64) -> Result<Array2<f64>, Fault> {
     for value in &mut values {
         *value = if value.is_finite() { *value * unit } else { f64::NAN };
     }
-    Array2::from_shape_vec((rows, columns), values).map_err(|e| Fault::Corrupt { format: NAME, what: e.to_string() })
+    into_grid(rows, columns, values, NAME)
 }

@@ -15,7 +15,7 @@ pub enum Precision {
     Float64,
 }
 
-/// Writes `heights` [m] as a matrix in C order, row 0 first; missing points are NaN.
+/// Writes `heights` \[m\] as a matrix in C order, row 0 first; missing points are NaN.
 ///
 /// # Errors
 /// `Error::Io`.

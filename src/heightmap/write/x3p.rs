@@ -1,6 +1,6 @@
 //! X3P of ISO 25178-72: `main.xml`, binary samples and, for integers with gaps, validity bits in a ZIP.
 //!
-//! `height = raw * Increment + Offset` [m]. Same map, same bytes: the archive and the document carry a fixed date, and
+//! `height = raw * Increment + Offset` \[m\]. Same map, same bytes: the archive and the document carry a fixed date, and
 //! Increment and Offset are rounded so that a last-bit difference between two machines' maps does not reach the file.
 
 use crate::archive;
@@ -23,7 +23,7 @@ pub enum Samples {
 /// Largest raw value used: one step less than int16 has, since rounding the offset may shift by half a step.
 const INT16_REACH: f64 = 32766.0;
 
-/// Smallest step [m], used for a flat map: a femtometre is below any instrument.
+/// Smallest step \[m\], used for a flat map: a femtometre is below any instrument.
 const SMALLEST_STEP: f64 = 1e-15;
 
 /// Writes the map; missing points are validity bits (int16) or NaN (floats).

@@ -10,14 +10,17 @@ mod grid;
 mod main_xml;
 
 use super::ReadOptions;
-use super::fields::{Sample, plane_bytes};
-use crate::archive::Archive;
+use super::fields::{Sample, into_grid, plane_bytes};
+use crate::archive::{Archive, EXPANSION};
 use crate::error::Fault;
 use crate::heightmap::RawMap;
 use main_xml::{Axis, MainXml};
-use ndarray::Array2;
 
 pub const NAME: &str = "x3p";
+
+/// `main.xml` may have this many bytes if that is more than 64 times the file: half a million points of a flat map. Each
+/// becomes up to three numbers, so the limit is lower than for binary samples.
+const XML_FLOOR_BYTES: u64 = 16 << 20;
 
 /// Any ZIP; `main.xml` is looked for when reading.
 pub fn recognises(bytes: &[u8]) -> bool {
@@ -27,7 +30,7 @@ pub fn recognises(bytes: &[u8]) -> bool {
 pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
     let mut archive = Archive::open(bytes, NAME)?;
     let (folder, main) = find_main_xml(&archive)?;
-    let xml = archive.read(&main, u64::MAX)?;
+    let xml = archive.read(&main, XML_FLOOR_BYTES.max(EXPANSION * bytes.len() as u64))?;
     let xml = main_xml::parse(&String::from_utf8_lossy(&xml))?;
     refuse_other_features(&xml)?;
     let [columns, rows, layers] = xml.sizes;
@@ -51,9 +54,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
     let (increment, offset) = (z_axis.increment.unwrap_or(1.0), z_axis.offset.unwrap_or(0.0));
     let heights: Vec<f64> =
         data.z[one_layer].iter().map(|raw| if raw.is_finite() { raw * increment + offset } else { f64::NAN }).collect();
-    let heights = Array2::from_shape_vec((rows, columns), heights)
-        .map_err(|_| corrupt(format!("{columns} x {rows} points do not fill the layer")))?;
-    Ok(RawMap { heights, pitch_x, pitch_y, format: NAME, notes: xml.notes })
+    Ok(RawMap { heights: into_grid(rows, columns, heights, NAME)?, pitch_x, pitch_y, format: NAME, notes: xml.notes })
 }
 
 /// Coordinates as stored; `x` and `y` are empty where the axis is incremental.
