@@ -2,7 +2,7 @@
 
 use super::quantity;
 use crate::error::Result;
-use crate::meter;
+use crate::meter::{self, Geometry};
 use crate::optics::Material;
 use crate::report::Settings;
 use crate::scatter::{Method, Options, Symmetry};
@@ -37,6 +37,9 @@ pub struct ScatterOptions {
     /// Reflections a ray may make
     #[arg(long, default_value_t = 8)]
     bounces: u32,
+    /// Source stop of the glossmeter, full angles [deg] in and across the plane of measurement
+    #[arg(long, value_name = "IN,ACROSS", value_parser = quantity::pair, default_value = "0.75,2.5")]
+    source_stop: [f64; 2],
     /// Same seed, same bytes
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -84,6 +87,9 @@ impl ScatterOptions {
             bounces: self.bounces,
             seed: self.seed,
         };
-        Ok(Settings { scatter, wavelength: self.wavelength, meter: meter::Options::default() })
+        let source = self.source_stop.map(f64::to_radians);
+        let glossmeter = Geometry::standard_three().map(|g| Geometry { source, ..g });
+        glossmeter.iter().try_for_each(Geometry::validate)?;
+        Ok(Settings { scatter, wavelength: self.wavelength, meter: meter::Options::default(), glossmeter })
     }
 }

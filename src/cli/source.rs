@@ -4,7 +4,7 @@ use super::map_options::MapOptions;
 use super::scatter_options::ScatterOptions;
 use crate::error::{Error, Result};
 use crate::math::Estimate;
-use crate::meter::{self, Geometry};
+use crate::meter;
 use crate::model;
 use crate::optics::Brdf;
 use crate::report::{Prediction, predict, prediction};
@@ -28,7 +28,7 @@ impl Source {
         let settings = scatter.settings()?;
         if model::is_model(text) {
             let brdf = model::parse(text, scatter.wavelength())?;
-            let gloss = Geometry::standard_three().map(|g| meter::gloss(brdf.as_ref(), &g, &settings.meter));
+            let gloss = settings.glossmeter.clone().map(|g| meter::gloss(brdf.as_ref(), &g, &settings.meter));
             progress(1.0);
             return Ok(Source::Model { text: text.to_owned(), brdf, gloss });
         }

@@ -19,11 +19,18 @@ pub struct Settings {
     /// Wavelength at which rays are judged [m].
     pub wavelength: f64,
     pub meter: meter::Options,
+    /// The glossmeter at 20, 60, 85 deg.
+    pub glossmeter: [Geometry; 3],
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { scatter: scatter::Options::default(), wavelength: 550e-9, meter: meter::Options::default() }
+        Settings {
+            scatter: scatter::Options::default(),
+            wavelength: 550e-9,
+            meter: meter::Options::default(),
+            glossmeter: Geometry::standard_three(),
+        }
     }
 }
 
@@ -110,9 +117,8 @@ pub fn from_table(table: Table, name: &str, settings: &Settings) -> Result<Predi
 fn measure_gloss(prediction: &mut Prediction, settings: &Settings) -> Result<()> {
     let azimuths = if prediction.isotropic { vec![0.0] } else { GLOSS_AZIMUTHS.to_vec() };
     let options = settings.meter.clone().with_azimuths(azimuths);
-    let geometries = Geometry::standard_three();
-    let gloss = surface_gloss(&prediction.brdf, &geometries, &options)?;
-    for (k, geometry) in geometries.iter().enumerate() {
+    let gloss = surface_gloss(&prediction.brdf, &settings.glossmeter, &options)?;
+    for (k, geometry) in settings.glossmeter.iter().enumerate() {
         prediction.gloss[k] = gloss[k];
         prediction.rayleigh[k] = rayleigh_parameter(prediction.sq, geometry.theta_i, settings.wavelength);
         prediction.warnings.extend(check_rays(prediction.sq, geometry, settings.wavelength));
@@ -126,7 +132,7 @@ impl Prediction {
         self.rayleigh.map(|g| self.sq == 0.0 || g >= meter::validity::SMALLEST_FOR_RAYS)
     }
 
-    /// Albedo at the node nearest to `theta_i` of a table, in words for people.
+    /// How the incident angles were served, in a few words for people.
     pub fn method_summary(&self) -> String {
         if self.decisions.is_empty() {
             return "stored table".to_owned();
