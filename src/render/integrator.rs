@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use super::film::{Film, Pixel, Tally};
-use super::scene::{Finish, Id, Material, Scene};
+use super::scene::{Finish, Id, LightSample, Material, Scene};
 use super::shape::Ray;
 use super::stream::{PathStream, PixelStream, SobolTable};
 use crate::error::{Error, Result};
@@ -34,6 +34,9 @@ pub struct RenderOptions {
     /// Reflections after which a path ends.
     pub max_reflections: u32,
     pub strategy: Strategy,
+    /// Up to this many lights are all asked at the first reflection, which decides how noisy a picture looks;
+    /// after it, or with more lights than this, one is drawn at random.
+    pub lights_asked: usize,
 }
 
 impl Default for RenderOptions {
@@ -45,6 +48,7 @@ impl Default for RenderOptions {
             seed: 1,
             max_reflections: 8,
             strategy: Strategy::Both,
+            lights_asked: 8,
         }
     }
 }
@@ -117,14 +121,14 @@ fn trace(scene: &Scene, mut ray: Ray, stream: &mut PathStream, options: &RenderO
         };
         let material = match scene.finish(hit.id) {
             Finish::Emits(light) => {
-                let weight = match (drawn, options.strategy) {
-                    (None, _) | (_, Strategy::Brdf) => 1.0,
-                    (Some(pdf), strategy) => {
-                        let rival = scene.light_pdf(*light, ray.origin, ray.direction, hit.t);
-                        emitter_weight(pdf, rival, strategy)
-                    }
-                };
-                return radiance + weight * throughput * scene.emitted(*light, hit, &ray);
+                let (emitted, pdf) = scene.meet_light(*light, &ray, hit.t);
+                let weight = drawn.map_or(1.0, |drawn| {
+                    // The rival draw was made where the ray started, one reflection ago.
+                    let all = asks_all(scene, options, reflection - 1);
+                    let rival = if all { pdf } else { pdf * scene.light_probability(*light) };
+                    emitter_weight(drawn, rival, options.strategy)
+                });
+                return radiance + weight * throughput * emitted;
             }
             Finish::Reflects(material) => material,
         };
@@ -135,9 +139,18 @@ fn trace(scene: &Scene, mut ray: Ray, stream: &mut PathStream, options: &RenderO
             return radiance;
         };
         let tint = material.tint.colour(|| scene.uv(hit.id, spot.point));
-        let (u_brdf, u_light) = (stream.pair(), stream.pair());
+        let u_brdf = stream.pair();
         if options.strategy != Strategy::Brdf {
-            radiance += throughput * tint * from_light(scene, material, &spot, u_light, options.strategy);
+            let mut direct = DVec3::ZERO;
+            let mut count = |light: Option<LightSample>| {
+                direct += light.map_or(DVec3::ZERO, |l| from_light(scene, material, &spot, &l, options.strategy));
+            };
+            if asks_all(scene, options, reflection) {
+                (0..scene.light_count()).for_each(|i| count(scene.sample_light(i, spot.point, stream.pair())));
+            } else {
+                count(scene.sample_any_light(spot.point, stream.pair()));
+            }
+            radiance += throughput * tint * direct;
         }
         let Some(draw) = material.brdf.sample(spot.seen, u_brdf) else {
             return radiance;
@@ -168,12 +181,15 @@ fn emitter_weight(pdf: f64, rival: f64, strategy: Strategy) -> f64 {
     }
 }
 
+/// Whether the light samples at this reflection come from every light or from one drawn among them.
+#[inline]
+fn asks_all(scene: &Scene, options: &RenderOptions, reflection: u32) -> bool {
+    reflection == 0 && scene.light_count() <= options.lights_asked
+}
+
 /// `f_r L cos_theta / (p_light + p_brdf)` of one draw towards the lights; without `p_brdf` if lights stand alone.
 #[inline]
-fn from_light(scene: &Scene, material: &Material, spot: &Spot, u: [f64; 2], strategy: Strategy) -> DVec3 {
-    let Some(light) = scene.sample_light(spot.point, u) else {
-        return DVec3::ZERO;
-    };
+fn from_light(scene: &Scene, material: &Material, spot: &Spot, light: &LightSample, strategy: Strategy) -> DVec3 {
     let wo = spot.to_local(light.direction);
     if wo.z <= 0.0 || light.radiance == DVec3::ZERO {
         return DVec3::ZERO;

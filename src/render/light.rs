@@ -14,10 +14,10 @@ pub(super) struct Toward {
 }
 
 impl Quad {
-    /// A point uniform over the area; `None` from behind or within the plane.
+    /// The point at plane coordinates `uv`, drawn uniformly over the area; `None` from behind or within the plane.
     #[inline]
-    pub(super) fn sample_direction(&self, from: DVec3, u: [f64; 2]) -> Option<Toward> {
-        let away = self.corner + u[0] * self.edge_u + u[1] * self.edge_v - from;
+    pub(super) fn sample_direction(&self, from: DVec3, uv: [f64; 2]) -> Option<Toward> {
+        let away = self.corner + uv[0] * self.edge_u + uv[1] * self.edge_v - from;
         let distance = away.length();
         let direction = away / distance;
         let pdf = self.direction_pdf(direction, distance);

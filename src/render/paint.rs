@@ -26,7 +26,10 @@ impl Pattern {
                 let near_line = |x: f64| x < line / 2.0 || x > 1.0 - line / 2.0;
                 near_line(cell(u, columns).1) || near_line(cell(v, rows).1)
             }
-            Pattern::Bars { count, ratio } => bar_fraction(u, count, ratio) < 0.5,
+            Pattern::Bars { count, ratio } => {
+                let (start, width) = bar(u, count, ratio);
+                u - start < 0.5 * width
+            }
         }
     }
 
@@ -40,6 +43,28 @@ impl Pattern {
             }
             Pattern::Grid { line, .. } => 1.0 - (1.0 - line) * (1.0 - line),
             Pattern::Bars { .. } => 0.5,
+        }
+    }
+
+    /// A point uniform over the bright part, or over the dark part, from `u` in `[0, 1)^2`.
+    fn point_in(self, bright: bool, [u, v]: [f64; 2]) -> [f64; 2] {
+        match self {
+            Pattern::Checker { columns, rows } => {
+                let dark = u32::from(!bright);
+                let count = (columns * rows + 1 - dark) / 2;
+                let (k, rest) = cell(u, count.max(1));
+                // Cells counted row by row alternate, but for the step between rows if their number is even.
+                let index = if columns % 2 == 1 { 2 * k + dark } else { 2 * k + (dark + 2 * k / columns) % 2 };
+                let (row, column) = (index / columns, index % columns);
+                [(f64::from(column) + rest) / f64::from(columns), (f64::from(row) + v) / f64::from(rows)]
+            }
+            Pattern::Bars { count, ratio } => {
+                // Bar and gap are equally wide, so the pairs divide either part as they divide the whole.
+                let (start, width) = bar(u, count, ratio);
+                let half = 0.5 * (u - start);
+                [if bright { start + half } else { start + 0.5 * width + half }, v]
+            }
+            Pattern::Plain | Pattern::Grid { .. } => [u, v],
         }
     }
 
@@ -67,18 +92,21 @@ fn cell(x: f64, count: u32) -> (u32, f64) {
     (index, scaled - f64::from(index))
 }
 
-/// Position within the bar and its gap: pair k is `q^k (1 - q) / (1 - q^n)` wide.
-fn bar_fraction(u: f64, count: u32, ratio: f64) -> f64 {
-    let total = if ratio == 1.0 { f64::from(count) } else { (1.0 - ratio.powf(f64::from(count))) / (1.0 - ratio) };
-    let (mut rest, mut width) = (u.clamp(0.0, 1.0) * total, 1.0);
+/// Start and width of the pair of bar and gap that holds `u`: pair k is `q^k (1 - q) / (1 - q^n)` wide.
+fn bar(u: f64, count: u32, ratio: f64) -> (f64, f64) {
+    let mut total = 1.0;
     for _ in 1..count {
-        if rest < width {
+        total = 1.0 + total * ratio;
+    }
+    let (mut start, mut width) = (0.0, 1.0 / total);
+    for _ in 1..count {
+        if u < start + width {
             break;
         }
-        rest -= width;
+        start += width;
         width *= ratio;
     }
-    rest / width
+    (start, width)
 }
 
 /// A colour (linear RGB) at each point of a shape: `bright` where the pattern is bright, `dark` elsewhere.
@@ -89,6 +117,19 @@ pub struct Paint {
     pattern: Pattern,
     bright: DVec3,
     dark: DVec3,
+    /// Chance that [`Self::draw`] takes a bright point: the share of the bright part in the sum of all colours.
+    bright_share: f64,
+    /// Densities of [`Self::draw`] in the two parts, per unit of the square's area.
+    bright_density: f64,
+    dark_density: f64,
+}
+
+/// A point of a painted square: where, what colour, and how densely [`Paint::draw`] falls there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Dab {
+    pub uv: [f64; 2],
+    pub colour: DVec3,
+    pub density: f64,
 }
 
 impl Paint {
@@ -114,13 +155,53 @@ impl Paint {
                 ));
             }
         }
-        Ok(Paint { pattern, bright, dark })
+        let fraction = pattern.bright_fraction();
+        let (lit, unlit) = (fraction * bright.element_sum(), (1.0 - fraction) * dark.element_sum());
+        let divisible = matches!(pattern, Pattern::Checker { .. } | Pattern::Bars { .. }) && lit + unlit > 0.0;
+        let bright_share = if divisible { lit / (lit + unlit) } else { fraction };
+        // A part without area is never asked for its density.
+        let density = |share: f64, area: f64| if area > 0.0 { share / area } else { 0.0 };
+        Ok(Paint {
+            pattern,
+            bright,
+            dark,
+            bright_share,
+            bright_density: density(bright_share, fraction),
+            dark_density: density(1.0 - bright_share, 1.0 - fraction),
+        })
     }
 
     /// The colour at plane coordinates `uv`, asked for only if it varies.
     #[inline]
     pub(super) fn colour(&self, uv: impl FnOnce() -> [f64; 2]) -> DVec3 {
         if self.pattern == Pattern::Plain || self.pattern.is_bright(uv()) { self.bright } else { self.dark }
+    }
+
+    /// A point of the unit square, drawn in proportion to the colour where the pattern allows it.
+    #[inline]
+    pub(super) fn draw(&self, [u, v]: [f64; 2]) -> Dab {
+        let share = self.bright_share;
+        match self.pattern {
+            Pattern::Plain => Dab { uv: [u, v], colour: self.bright, density: 1.0 },
+            Pattern::Grid { .. } => self.dab([u, v]),
+            pattern if u < share => {
+                Dab { uv: pattern.point_in(true, [u / share, v]), colour: self.bright, density: self.bright_density }
+            }
+            pattern => {
+                let uv = pattern.point_in(false, [(u - share) / (1.0 - share), v]);
+                Dab { uv, colour: self.dark, density: self.dark_density }
+            }
+        }
+    }
+
+    /// Colour and density of [`Self::draw`] at a point.
+    #[inline]
+    pub(super) fn dab(&self, uv: [f64; 2]) -> Dab {
+        if self.pattern.is_bright(uv) {
+            Dab { uv, colour: self.bright, density: self.bright_density }
+        } else {
+            Dab { uv, colour: self.dark, density: self.dark_density }
+        }
     }
 
     /// Mean over the shape, channel by channel.
@@ -148,6 +229,55 @@ mod tests {
             let bright = (0..n * n).filter(|k| pattern.is_bright([centre(k % n), centre(k / n)])).count();
             let fraction = bright as f64 / (n * n) as f64;
             assert!((fraction - pattern.bright_fraction()).abs() < 5e-3, "{pattern:?}: {fraction}");
+        }
+    }
+
+    fn on_edge(pattern: Pattern, [u, v]: [f64; 2]) -> bool {
+        let near = |du: f64, dv: f64| pattern.is_bright([u + du, v + dv]);
+        [(1e-9, 0.0), (-1e-9, 0.0), (0.0, 1e-9), (0.0, -1e-9)]
+            .iter()
+            .any(|d| near(d.0, d.1) != pattern.is_bright([u, v]))
+    }
+
+    /// Draws fall where the density says: uniform in each part, in proportion to the colours between the parts.
+    #[test]
+    fn points_are_drawn_in_proportion_to_the_colour() {
+        let patterns = [
+            Pattern::Plain,
+            Pattern::Checker { columns: 5, rows: 3 },
+            Pattern::Checker { columns: 4, rows: 3 },
+            Pattern::Checker { columns: 1, rows: 2 },
+            Pattern::Checker { columns: 1, rows: 1 },
+            Pattern::Grid { columns: 4, rows: 5, line: 0.2 },
+            Pattern::Bars { count: 6, ratio: 0.7 },
+            Pattern::Bars { count: 1, ratio: 2.0 },
+        ];
+        for pattern in patterns {
+            let paint = Paint::new(pattern, DVec3::splat(3.0), DVec3::splat(1.0)).unwrap();
+            let n = 240;
+            let (mut mean, mut moments) = (0.0, [0.0; 2]);
+            for k in 0..n * n {
+                let u = [((k % n) as f64 + 0.5) / n as f64, ((k / n) as f64 + 0.5) / n as f64];
+                let Dab { uv, colour, density } = paint.draw(u);
+                assert!(uv.iter().all(|x| (0.0..=1.0).contains(x)), "{pattern:?}");
+                // Drawn and looked up agree but for points on an edge.
+                let seen = paint.dab(uv);
+                assert!((seen.colour, seen.density) == (colour, density) || on_edge(pattern, uv), "{pattern:?} {uv:?}");
+                let weight = colour.x / density / (n * n) as f64;
+                mean += weight;
+                moments[0] += weight * uv[0];
+                moments[1] += weight * uv[1];
+            }
+            assert!((mean - paint.mean().x).abs() < 0.03, "{pattern:?}: {mean}");
+            // The same moments from points without preference.
+            let mut plain = [0.0; 2];
+            for k in 0..n * n {
+                let uv = [((k % n) as f64 + 0.5) / n as f64, ((k / n) as f64 + 0.5) / n as f64];
+                let colour = paint.colour(|| uv).x / (n * n) as f64;
+                plain[0] += colour * uv[0];
+                plain[1] += colour * uv[1];
+            }
+            assert!((moments[0] - plain[0]).abs() < 0.03 && (moments[1] - plain[1]).abs() < 0.03, "{pattern:?}");
         }
     }
 

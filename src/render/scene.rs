@@ -49,7 +49,7 @@ struct Light {
 pub(super) struct LightSample {
     pub direction: DVec3,
     pub distance: f64,
-    /// Density per steradian among all lights that could have been drawn.
+    /// Density per steradian: of this light alone, or among all if it was drawn from all.
     pub pdf: f64,
     pub radiance: DVec3,
     pub id: Id,
@@ -195,48 +195,76 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Radiance that the light sends back along `ray` [W/(m2 sr)]: 0 from behind.
+    /// Radiance that the light sends back along `ray` [W/(m2 sr)], 0 from behind, and the density per steradian with
+    /// which [`Self::sample_light`] draws this direction from the origin of the ray.
     #[inline]
-    pub(super) fn emitted(&self, light: usize, hit: Hit, ray: &Ray) -> DVec3 {
-        let point = ray.at(hit.t);
-        let (normal, _) = self.frame(hit.id, point);
-        if ray.direction.dot(normal) >= 0.0 {
-            return DVec3::ZERO;
+    pub(super) fn meet_light(&self, light: usize, ray: &Ray, t: f64) -> (DVec3, f64) {
+        let light = &self.lights[light];
+        match light.id {
+            Id::Quad(i) => {
+                let pdf = self.quads[i].direction_pdf(ray.direction, t);
+                if pdf == 0.0 {
+                    return (DVec3::ZERO, 0.0);
+                }
+                let dab = light.radiance.dab(self.quads[i].uv(ray.at(t)));
+                (dab.colour, pdf * dab.density)
+            }
+            Id::Sphere(i) => {
+                let pdf = self.spheres[i].direction_pdf(ray.origin);
+                // From inside there is no cone of directions, and the back of the surface is seen.
+                let colour = || light.radiance.colour(|| self.spheres[i].uv(ray.at(t)));
+                (if pdf > 0.0 { colour() } else { DVec3::ZERO }, pdf)
+            }
         }
-        self.lights[light].radiance.colour(|| self.uv(hit.id, point))
+    }
+
+    /// Number of lights.
+    #[inline]
+    pub(super) fn light_count(&self) -> usize {
+        self.lights.len()
     }
 
     /// Draws a light, then a direction towards it; `None` if there is no light or it shows its back.
     #[inline]
-    pub(super) fn sample_light(&self, from: DVec3, mut u: [f64; 2]) -> Option<LightSample> {
+    pub(super) fn sample_any_light(&self, from: DVec3, mut u: [f64; 2]) -> Option<LightSample> {
         let last = self.lights.len().checked_sub(1)?;
         let index = self.lights.iter().position(|l| u[0] < l.cumulative).unwrap_or(last);
         let light = &self.lights[index];
         let start = light.cumulative - light.probability;
         u[0] = ((u[0] - start) / light.probability).clamp(0.0, 1.0);
-        let toward = match light.id {
-            Id::Quad(i) => self.quads[i].sample_direction(from, u),
-            Id::Sphere(i) => self.spheres[i].sample_direction(from, u),
-        }?;
-        let radiance = light.radiance.colour(|| self.uv(light.id, from + toward.distance * toward.direction));
-        Some(LightSample {
+        let sample = self.sample_light(index, from, u)?;
+        Some(LightSample { pdf: light.probability * sample.pdf, ..sample })
+    }
+
+    /// Draws a direction towards the light, in proportion to its paint where that is possible.
+    #[inline]
+    pub(super) fn sample_light(&self, light: usize, from: DVec3, u: [f64; 2]) -> Option<LightSample> {
+        let light = &self.lights[light];
+        let (toward, radiance, density) = match light.id {
+            Id::Quad(i) => {
+                let dab = light.radiance.draw(u);
+                (self.quads[i].sample_direction(from, dab.uv)?, dab.colour, dab.density)
+            }
+            Id::Sphere(i) => {
+                let toward = self.spheres[i].sample_direction(from, u)?;
+                let uv = || self.spheres[i].uv(from + toward.distance * toward.direction);
+                (toward, light.radiance.colour(uv), 1.0)
+            }
+        };
+        let pdf = toward.pdf * density;
+        (pdf > 0.0).then_some(LightSample {
             direction: toward.direction,
             distance: toward.distance,
-            pdf: light.probability * toward.pdf,
+            pdf,
             radiance,
             id: light.id,
         })
     }
 
-    /// Density per steradian with which [`Self::sample_light`] draws `direction` from `from`, ending on `light`.
+    /// Chance of a light in [`Self::sample_any_light`].
     #[inline]
-    pub(super) fn light_pdf(&self, light: usize, from: DVec3, direction: DVec3, distance: f64) -> f64 {
-        let light = &self.lights[light];
-        let pdf = match light.id {
-            Id::Quad(i) => self.quads[i].direction_pdf(direction, distance),
-            Id::Sphere(i) => self.spheres[i].direction_pdf(from),
-        };
-        light.probability * pdf
+    pub(super) fn light_probability(&self, light: usize) -> f64 {
+        self.lights[light].probability
     }
 }
 
@@ -280,7 +308,7 @@ mod tests {
         assert_eq!((hit.id, hit.t), (Id::Sphere(0), 1.0));
         assert!(scene.is_blocked(&up, 4.0, Id::Quad(0), Id::Sphere(0)));
         assert!(!scene.is_blocked(&on, 4.0, Id::Quad(1), Id::Sphere(0)));
-        assert!(scene.sample_light(DVec3::ZERO, [0.5; 2]).is_none());
+        assert!(scene.sample_any_light(DVec3::ZERO, [0.5; 2]).is_none());
     }
 
     /// Integral of the density over all draws is 1: the mean of q / p is 1 for any other density q on the lights.
@@ -295,13 +323,14 @@ mod tests {
         let mut seen = [0, 0];
         for k in 0..1000 {
             let u = [(f64::from(k) + 0.5) / 1000.0, (f64::from(k) * 0.618) % 1.0];
-            let sample = scene.sample_light(DVec3::ZERO, u).unwrap();
+            let sample = scene.sample_any_light(DVec3::ZERO, u).unwrap();
             let light = match sample.id {
                 Id::Quad(_) => 0,
                 Id::Sphere(_) => 1,
             };
             seen[light] += 1;
-            let pdf = scene.light_pdf(light, DVec3::ZERO, sample.direction, sample.distance);
+            let ray = Ray { origin: DVec3::ZERO, direction: sample.direction };
+            let pdf = scene.light_probability(light) * scene.meet_light(light, &ray, sample.distance).1;
             assert!((pdf / sample.pdf - 1.0).abs() < 1e-12);
         }
         // Intensities 4 m2 * 0.5 and pi 0.25 m2 * 5; half of the draws go evenly.

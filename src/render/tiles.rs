@@ -37,7 +37,7 @@ impl Default for TilesOptions {
             heading: "Gloss and surface roughness".into(),
             panel_width: 240,
             tiles_per_row: 8,
-            samples_per_pixel: 256,
+            samples_per_pixel: 128,
             seed: 1,
             exposure: None,
         }

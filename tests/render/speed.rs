@@ -24,18 +24,16 @@ fn speed_of_four_spheres() {
         scene.add_emitter(Sphere::new(centre, 0.3).unwrap(), grey(40.0)).unwrap();
     }
     let camera = Camera::perspective(DVec3::new(0.0, -9.0, 4.0), DVec3::Z, DVec3::Z, 0.6, 2.0).unwrap();
-    let options = RenderOptions {
-        width: 400,
-        height: 200,
-        samples_per_pixel: 64,
-        max_reflections: 4,
-        ..RenderOptions::default()
-    };
+    let shape =
+        RenderOptions { width: 400, height: 200, samples_per_pixel: 64, max_reflections: 4, ..Default::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    for _ in 0..3 {
-        let start = Instant::now();
-        pool.install(|| render(&scene, &camera, &options, &|_| {})).unwrap();
-        let samples = 400.0 * 200.0 * 64.0;
-        println!("{:.2} million samples/s on one core", samples / start.elapsed().as_secs_f64() / 1e6);
+    for lights_asked in [0, 8] {
+        let options = RenderOptions { lights_asked, ..shape };
+        for _ in 0..3 {
+            let start = Instant::now();
+            pool.install(|| render(&scene, &camera, &options, &|_| {})).unwrap();
+            let rate = 400.0 * 200.0 * 64.0 / start.elapsed().as_secs_f64() / 1e6;
+            println!("lights_asked {lights_asked}: {rate:.2} million samples/s on one core");
+        }
     }
 }
