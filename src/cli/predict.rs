@@ -90,11 +90,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             println!("{} maps in {:.1} s", done.len(), start.elapsed().as_secs_f64());
         }
     }
-    for d in &done {
-        for warning in &d.prediction.warnings {
-            eprintln!("warning: {}: {warning}", d.prediction.name);
-        }
-    }
+    print_warnings(&done);
     for (_, error) in &failures {
         eprintln!("error: {error}");
     }
@@ -246,8 +242,25 @@ fn print_table(done: &[Done]) {
     println!("Gloss in GU (black glass n = 1.567 reads 100) +- one standard error of map and integration.");
     if done.iter().any(|d| d.prediction.ray_valid().contains(&false)) {
         println!(
-            "* Rayleigh parameter below 9: too smooth for rays at this angle, the true gloss is higher; see the warnings."
+            "* too smooth for rays at this angle; see the warning."
         );
+    }
+}
+
+/// One paragraph for all maps: the sentence of each value is in `--json`.
+fn print_warnings(done: &[Done]) {
+    let doubtful: Vec<&Prediction> = done.iter().map(|d| &d.prediction).filter(|p| !p.warnings.is_empty()).collect();
+    if doubtful.is_empty() {
+        return;
+    }
+    let width = doubtful.iter().map(|p| p.name.chars().count()).max().unwrap_or(0);
+    eprintln!(
+        "warning: rays do not hold where the Rayleigh parameter g = (4 pi Sq cos(theta) / wavelength)^2 is below 9: a share\n\
+         exp(-g) of the light stays a mirror beam that rays turn into blur. Values marked * need a wave calculation:"
+    );
+    for p in doubtful {
+        let [a, b, c] = p.rayleigh;
+        eprintln!("  {:<width$}  g = {a:.3} / {b:.3} / {c:.3} at 20 / 60 / 85 deg", p.name);
     }
 }
 

@@ -39,7 +39,7 @@ impl std::fmt::Display for Warning {
                     f,
                     "At {:.0} deg the Rayleigh parameter is {g:.2} (Sq {:.0} nm, wavelength {:.0} nm), below \
                      {SMALLEST_FOR_RAYS}: {:.1} % of the reflected light stays a mirror beam that rays do not \
-                     describe. Use the kirchhoff method at this angle, or trust rays only above Sq {:.0} nm.",
+                     describe. The value needs a wave calculation; trust rays at this angle above Sq {:.0} nm.",
                     theta_i.to_degrees(),
                     sq * 1e9,
                     wavelength * 1e9,
