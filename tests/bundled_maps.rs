@@ -93,7 +93,12 @@ fn gloss_of_the_series() {
             for (k, reference) in [g20, g60].into_iter().enumerate() {
                 let g = point.gloss[k];
                 let off = (g.value - reference).abs();
-                println!("Sq {sq} nm, {}: {:.3} +- {:.3}, reference {reference}", [20, 60][k], g.value, g.standard_error);
+                println!(
+                    "Sq {sq} nm, {}: {:.3} +- {:.3}, reference {reference}",
+                    [20, 60][k],
+                    g.value,
+                    g.standard_error
+                );
                 assert!(off < 1.0 + 3.0 * g.standard_error, "{sq} nm: {g:?}, reference {reference}");
             }
         }

@@ -12,6 +12,7 @@ mod source;
 mod synth;
 mod tiles;
 
+use crate::error::Error;
 use clap::{Parser, Subcommand};
 
 /// Predicts how a surface looks from how it was measured: height map to BRDF, gloss and picture.
@@ -63,7 +64,11 @@ pub fn run() -> std::process::ExitCode {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(e) => {
             eprintln!("error: {e:#}");
-            std::process::ExitCode::FAILURE
+            // A parameter that names no file is a flag out of its range.
+            match e.downcast_ref() {
+                Some(Error::Parameter { .. }) => std::process::ExitCode::from(2),
+                _ => std::process::ExitCode::FAILURE,
+            }
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::chart::{GlossPoint, gloss_vs_roughness};
 use crate::error::{Error, Result};
 use crate::heightmap::read::is_candidate;
 use crate::output::write_bytes;
-use crate::render::{Tile, render_tiles};
+use crate::render::{Tile, TilesOptions, render_tiles};
 use crate::report::{Prediction, csv, predict};
 use anyhow::{Context, bail};
 use clap::Args;
@@ -46,10 +46,12 @@ struct Done {
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let start = Instant::now();
     let settings = a.scatter.settings()?;
+    // Before the long work, not after it.
+    let look = a.look.options()?;
     let (paths, mut failures) = collect(&a.maps);
     if paths.is_empty() && failures.is_empty() {
         bail!(
-            "no height map found in {}",
+            "no height map found in {}; put .x3p, .opd, .dat or other maps there, or name the files one by one",
             a.maps.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
         );
     }
@@ -78,7 +80,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     done.sort_by(|x, y| {
         x.prediction.sq.total_cmp(&y.prediction.sq).then_with(|| x.prediction.name.cmp(&y.prediction.name))
     });
-    let outputs = if done.is_empty() { Vec::new() } else { summarise(a, &done)? };
+    let outputs = if done.is_empty() { Vec::new() } else { summarise(a, &look, &done)? };
     if json {
         print_json(&as_json(&done, &failures, &outputs, start.elapsed().as_secs_f64()))?;
     } else {
@@ -91,6 +93,11 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         }
     }
     print_warnings(&done);
+    if done.is_empty() && failures.len() == 1 {
+        // The one map there was: its own error says it all.
+        let (_, error) = failures.remove(0);
+        return Err(error.into());
+    }
     for (_, error) in &failures {
         eprintln!("error: {error}");
     }
@@ -120,7 +127,7 @@ fn one_map(
 }
 
 /// CSV, chart and tiles over all maps that went through.
-fn summarise(a: &Arguments, done: &[Done]) -> anyhow::Result<Vec<PathBuf>> {
+fn summarise(a: &Arguments, look: &TilesOptions, done: &[Done]) -> anyhow::Result<Vec<PathBuf>> {
     let mut outputs: Vec<PathBuf> = done.iter().map(|d| d.table.clone()).collect();
     let csv_path = a.output.join("gloss.csv");
     write_bytes(&csv_path, csv::gloss_csv(done.iter().map(|d| &d.prediction)).as_bytes())?;
@@ -146,7 +153,7 @@ fn summarise(a: &Arguments, done: &[Done]) -> anyhow::Result<Vec<PathBuf>> {
         })
         .collect();
     let bar = Bar::new("tiles", 1);
-    let picture = render_tiles(&tiles, &a.look.options()?, &|share| bar.set(0, share))?;
+    let picture = render_tiles(&tiles, look, &|share| bar.set(0, share))?;
     bar.finish();
     for (name, save) in [("tiles.png", true), ("tiles.exr", false)] {
         let path = a.output.join(name);
@@ -241,9 +248,7 @@ fn print_table(done: &[Done]) {
     println!("{table}");
     println!("Gloss in GU (black glass n = 1.567 reads 100) +- one standard error of map and integration.");
     if done.iter().any(|d| d.prediction.ray_valid().contains(&false)) {
-        println!(
-            "* too smooth for rays at this angle; see the warning."
-        );
+        println!("* too smooth for rays at this angle; see the warning.");
     }
 }
 

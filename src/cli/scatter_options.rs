@@ -87,6 +87,7 @@ impl ScatterOptions {
             bounces: self.bounces,
             seed: self.seed,
         };
+        scatter.check()?;
         let source = self.source_stop.map(f64::to_radians);
         let glossmeter = Geometry::standard_three().map(|g| Geometry { source, ..g });
         glossmeter.iter().try_for_each(Geometry::validate)?;

@@ -33,11 +33,11 @@ pub struct Arguments {
 #[derive(Args, Clone, Debug)]
 pub struct Look {
     /// Paths per pixel of the picture
-    #[arg(long, default_value_t = TilesOptions::default().samples_per_pixel)]
+    #[arg(long, default_value_t = TilesOptions::default().samples_per_pixel, value_parser = clap::value_parser!(u32).range(1..))]
     spp: u32,
-    /// Width of one tile in pixels
-    #[arg(long, default_value_t = TilesOptions::default().panel_width)]
-    tile_width: usize,
+    /// Width of one tile in pixels, 64 to 2048
+    #[arg(long, default_value_t = 240, value_parser = clap::value_parser!(u16).range(64..=2048))]
+    tile_width: u16,
     /// Display = sRGB(exposure x radiance) [default: exposes for the brightest tile]
     #[arg(long)]
     exposure: Option<f64>,
@@ -51,7 +51,7 @@ impl Look {
         }
         Ok(TilesOptions {
             samples_per_pixel: self.spp,
-            panel_width: self.tile_width,
+            panel_width: usize::from(self.tile_width),
             exposure: self.exposure,
             ..TilesOptions::default()
         })

@@ -47,7 +47,9 @@ pub fn level(raw: &RawMap, edges: Edges) -> Result<HeightMap> {
         DVec3::new(matrix[0][2], matrix[1][2], matrix[2][2]),
     );
     let scale = matrix[0][0] * matrix[1][1] * matrix[2][2];
-    if !(m.determinant() > 1e-12 * scale) {
+    // A NaN spans nothing either.
+    let spans = m.determinant() > 1e-12 * scale;
+    if !spans {
         return Err(Error::parameter(
             "the measured points do not span a plane",
             "measure again or mend the gaps in the instrument's software",

@@ -77,7 +77,7 @@ impl TableBrdf {
 
     fn pdf_from(&self, incident: &Incident, wo: DVec3) -> f64 {
         let wh = half_vector(incident.wi, wo);
-        let (p, q) = slope_of_half_vector(incident.to_cells(wh));
+        let (p, q) = slope_of_half_vector(incident.in_cells(wh));
         let cell = self.table.cells.locate(p, q);
         let probability = self.cell_probability(incident, cell);
         probability * self.inverse_area[cell] / (4.0 * wh.dot(incident.wi) * wh.z * wh.z * wh.z)
@@ -125,7 +125,7 @@ impl Brdf for TableBrdf {
         let cells = &self.table.cells;
         let polar = cells.polar_in(cell, across, along);
         let (p, q) = cells.slope_at(polar);
-        let slope = incident.from_cells(DVec3::new(p, q, 0.0));
+        let slope = incident.out_of_cells(DVec3::new(p, q, 0.0));
         let f = facing(slope.x, slope.y, wi)?;
         if f.wo.z <= 0.0 {
             return None;

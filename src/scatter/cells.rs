@@ -243,7 +243,8 @@ impl HalfVectorCells {
     #[inline]
     fn ring(&self, rho: f64) -> usize {
         // Written so that a NaN falls into the last ring instead of out of bounds.
-        let above = self.edges.partition_point(|&e| !(e > rho));
+        let beyond = |edge: f64| edge > rho;
+        let above = self.edges.partition_point(|&edge| !beyond(edge));
         above.saturating_sub(1).min(self.sectors.len() - 1)
     }
 

@@ -77,6 +77,36 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// Whether angles, rays, bounces and tolerance lie in their ranges.
+    ///
+    /// # Errors
+    /// `Error::Parameter` with the first that does not.
+    pub fn check(&self) -> Result<()> {
+        let rising = |v: &[f64]| v.windows(2).all(|w| w[0] < w[1]);
+        let bad = |what: String, advice: &str| Err(Error::parameter(what, advice));
+        if self.theta_i.is_empty()
+            || !rising(&self.theta_i)
+            || self.theta_i.iter().any(|&t| !(0.0..89.95f64.to_radians()).contains(&t))
+        {
+            return bad("the incident angles are not a rising list".into(), "give --theta-i between 0 and 89.9 deg");
+        }
+        if self.phi_i.is_empty()
+            || !rising(&self.phi_i)
+            || self.phi_i.iter().any(|&p| !(0.0..std::f64::consts::TAU).contains(&p))
+        {
+            return bad("the source azimuths are not a rising list".into(), "give --phi-i between 0 and 359.9 deg");
+        }
+        if self.rays == 0 || self.bounces == 0 {
+            return bad("no ray would be counted".into(), "give --rays and --bounces of at least 1");
+        }
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
+            return bad(format!("tolerance {} is not a share", self.tolerance), "give --tolerance between 0 and 1");
+        }
+        Ok(())
+    }
+}
+
 /// What was done for one incident polar angle, and why.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Decision {
@@ -109,7 +139,7 @@ pub struct Scatter {
 /// # Errors
 /// `Error::Parameter` for a map without facets, or angles, rays, bounces outside their ranges.
 pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Sync)) -> Result<Scatter> {
-    check(options)?;
+    options.check()?;
     let statistics = SlopeStatistics::measure(map)?;
     let isotropic = match options.symmetry {
         Symmetry::Auto => statistics.looks_isotropic(),
@@ -180,28 +210,4 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
         statistics,
         decisions,
     })
-}
-
-fn check(options: &Options) -> Result<()> {
-    let rising = |v: &[f64]| v.windows(2).all(|w| w[0] < w[1]);
-    let bad = |what: String, advice: &str| Err(Error::parameter(what, advice));
-    if options.theta_i.is_empty()
-        || !rising(&options.theta_i)
-        || options.theta_i.iter().any(|&t| !(0.0..89.95f64.to_radians()).contains(&t))
-    {
-        return bad("the incident angles are not a rising list".into(), "give --theta-i between 0 and 89.9 deg");
-    }
-    if options.phi_i.is_empty()
-        || !rising(&options.phi_i)
-        || options.phi_i.iter().any(|&p| !(0.0..std::f64::consts::TAU).contains(&p))
-    {
-        return bad("the source azimuths are not a rising list".into(), "give --phi-i between 0 and 359.9 deg");
-    }
-    if options.rays == 0 || options.bounces == 0 {
-        return bad("no ray would be counted".into(), "give --rays and --bounces of at least 1");
-    }
-    if !(options.tolerance > 0.0 && options.tolerance < 1.0) {
-        return bad(format!("tolerance {} is not a share", options.tolerance), "give --tolerance between 0 and 1");
-    }
-    Ok(())
 }

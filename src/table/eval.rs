@@ -122,7 +122,7 @@ impl Table {
         let wh = half_vector(wi, wo);
         let ch2 = wh.z * wh.z;
         let jacobian = incident.balance * self.material.reflectance(wh.dot(wi)) / (4.0 * wi.z * wo.z * ch2 * ch2);
-        let (p, q) = slope_of_half_vector(incident.to_cells(wh));
+        let (p, q) = slope_of_half_vector(incident.in_cells(wh));
         (jacobian, self.cells.stencil(p, q))
     }
 }
@@ -130,14 +130,14 @@ impl Table {
 impl Incident {
     /// `v` in the frame of the cells: that of the source if isotropic, the map's otherwise.
     #[inline]
-    pub fn to_cells(&self, v: DVec3) -> DVec3 {
+    pub fn in_cells(&self, v: DVec3) -> DVec3 {
         let [c, s] = self.turn;
         DVec3::new(c * v.x + s * v.y, c * v.y - s * v.x, v.z)
     }
 
-    /// The inverse of [`Incident::to_cells`].
+    /// The inverse of [`Incident::in_cells`].
     #[inline]
-    pub fn from_cells(&self, v: DVec3) -> DVec3 {
+    pub fn out_of_cells(&self, v: DVec3) -> DVec3 {
         let [c, s] = self.turn;
         DVec3::new(c * v.x - s * v.y, c * v.y + s * v.x, v.z)
     }

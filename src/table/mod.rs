@@ -130,10 +130,10 @@ impl Table {
         let mut table = self.clone();
         table.subarea_ratio.clear();
         table.density.chunks_mut(n).for_each(|t| t.iter_mut().zip(ratio).for_each(|(t, r)| *t *= r));
-        table.balance = balance::Balance::of(&table);
+        let subarea = balance::Balance::own_of(&table);
         // A sub-area has other slopes, not another amount of light.
         for node in 0..table.nodes.len() {
-            let (own, whole) = (table.balance.own[node], self.balance.own[node]);
+            let (own, whole) = (subarea[node], self.balance.own[node]);
             if own > 0.0 {
                 let range = table.node_range(node);
                 table.density[range].iter_mut().for_each(|t| *t *= whole / own);

@@ -12,11 +12,11 @@ use std::path::PathBuf;
 
 /// A file of the shared collection, or `None` with a loud line if the collection is not there.
 fn shared(name: &str) -> Option<PathBuf> {
-    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/heightmaps");
+    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared");
     let folder = std::env::var_os("ASPERITY_SHARED").map_or_else(|| PathBuf::from(default), PathBuf::from);
-    let path = folder.join(name);
+    let path = folder.join("heightmaps").join(name);
     if !path.exists() {
-        eprintln!("SKIPPED: {} is absent; set ASPERITY_SHARED to the folder of real height maps", path.display());
+        eprintln!("SKIPPED: {} is absent; set ASPERITY_SHARED to the folder that holds heightmaps/", path.display());
         return None;
     }
     Some(path)
