@@ -4,7 +4,7 @@ use super::alias::AliasTable;
 use crate::error::Result;
 use crate::math::{direction, half_vector, slope_of_half_vector};
 use crate::optics::{Brdf, BrdfSample};
-use crate::scatter::cells::facing;
+use crate::scatter::facing::facing;
 use crate::table::{Incident, NodeWeights, Table};
 use glam::DVec3;
 

@@ -1,7 +1,8 @@
 //! The deterministic facet sum: every facet is a beam.
 
 use super::bounce::{Arrival, Walk};
-use super::cells::{HalfVectorCells, facing};
+use super::cells::HalfVectorCells;
+use super::facing::facing;
 use super::tally::{CORE_SLOPE, Tally};
 use crate::facets::slopes::{self, Facet};
 use crate::facets::visibility::Fate;

@@ -4,7 +4,8 @@ use super::balance::Balance;
 use super::{Node, Provenance, Table};
 use crate::math::direction;
 use crate::optics::Material;
-use crate::scatter::cells::{HalfVectorCells, POINTS, Stencil, cell_weight, facing};
+use crate::scatter::cells::{HalfVectorCells, POINTS, Stencil};
+use crate::scatter::facing::{cell_weight, facing};
 use crate::scatter::{Method, Scatter, Tally};
 use glam::DVec3;
 
