@@ -4,7 +4,9 @@ use super::alias::AliasTable;
 use crate::error::Result;
 use crate::math::{direction, half_vector, slope_of_half_vector};
 use crate::optics::{Brdf, BrdfSample};
+use crate::scatter::cells::Stencil;
 use crate::scatter::facing::facing;
+use crate::scatter::hats::Hats;
 use crate::table::{Incident, NodeWeights, Table};
 use glam::DVec3;
 
@@ -14,21 +16,22 @@ const SLIVER: f64 = 1e-3;
 
 /// A [`Table`] with one alias table per incident node.
 ///
-/// `pdf(wi, wo) = sum over nodes n of w_n (1 - c_n) p_n(k) / (A_k 4 cos_beta cos^3 theta_h)`: node by its interpolation
-/// weight, then core with probability `c_n` or cell `k` by alias, then a slope uniform over the area `A_k`
-/// of the cell. Draws whose mirror direction falls below the horizon carry nothing; the pdf
-/// integrates to 1 minus their share and the core's.
+/// `pdf(wi, wo) = sum over nodes n of w_n (1 - c_n) sum over cells k of p_n(k) hat_k / H_k / (4 cos_beta cos^3 theta_h)`: node by
+/// its interpolation weight, then core with probability `c_n` or cell `k` by alias, then a slope under the hat by which
+/// the cell enters the interpolation, `H_k` its integral. So draws follow the interpolated table, and where it is 0
+/// none falls. Draws whose mirror direction lies below the horizon carry nothing; the pdf integrates to 1 minus their
+/// share and the core's.
 pub struct TableBrdf {
     table: Table,
     /// Alias table per node, `None` where only the core reflects.
     nodes: Vec<Option<AliasTable>>,
     /// Probability of the core per node.
     core: Vec<f64>,
-    inverse_area: Vec<f64>,
+    hats: Hats,
 }
 
 impl TableBrdf {
-    /// Builds the alias tables: weight of a cell = energy the interpolated table sends through it.
+    /// Builds the alias tables: weight of a cell = energy the table sends through its hat.
     ///
     /// # Errors
     /// `Error::Parameter` if a density is not a finite, non-negative number.
@@ -43,17 +46,17 @@ impl TableBrdf {
             let wi = direction(table.theta_i[node / phis], table.phi_i[node % phis]);
             let density = &table.density[table.node_range(node)];
             let mut weights = vec![0.0; cells.len()];
-            for (k, weight) in weights.iter_mut().enumerate() {
-                let mut held = 0.0;
-                for (point, stencil) in points[k].iter().zip(&stencils[k]) {
-                    let t: f64 = stencil.iter().map(|&(c, w)| density[c] * w).sum();
-                    held += t * point.area;
-                    if let Some(f) = facing(point.p, point.q, wi)
-                        && f.wo.z > 0.0
-                    {
-                        *weight += t * point.area * f.weight * table.material.reflectance(f.cos_beta);
-                    }
+            let mut held = vec![0.0; cells.len()];
+            for (point, stencil) in points.iter().flatten().zip(stencils.iter().flatten()) {
+                let seen = facing(point.p, point.q, wi).filter(|f| f.wo.z > 0.0);
+                let share = seen.map_or(0.0, |f| f.weight * table.material.reflectance(f.cos_beta));
+                for &(c, w) in stencil {
+                    let t = density[c] * w * point.area;
+                    held[c] += t;
+                    weights[c] += t * share;
                 }
+            }
+            for (weight, held) in weights.iter_mut().zip(held) {
                 *weight = weight.max(SLIVER * held * table.material.reflectance(1.0));
             }
             let mirror = table.nodes[node].core_share * table.material.reflectance(wi.z);
@@ -61,8 +64,7 @@ impl TableBrdf {
             core.push(if mirror > 0.0 { mirror / (mirror + rest) } else { 0.0 });
             nodes.push(if rest > 0.0 { Some(AliasTable::new(&weights)?) } else { None });
         }
-        let inverse_area = (0..cells.len()).map(|k| 1.0 / cells.area(k)).collect();
-        Ok(TableBrdf { table, nodes, core, inverse_area })
+        Ok(TableBrdf { table, nodes, core, hats: Hats::new(&cells) })
     }
 
     /// The table behind the sampler.
@@ -78,23 +80,24 @@ impl TableBrdf {
     fn pdf_from(&self, incident: &Incident, wo: DVec3) -> f64 {
         let wh = half_vector(incident.wi, wo);
         let (p, q) = slope_of_half_vector(incident.in_cells(wh));
-        let cell = self.table.cells.locate(p, q);
-        let probability = self.cell_probability(incident, cell);
-        probability * self.inverse_area[cell] / (4.0 * wh.dot(incident.wi) * wh.z * wh.z * wh.z)
+        let density = self.draw_density(incident, &self.table.cells.stencil(p, q));
+        density / (4.0 * wh.dot(incident.wi) * wh.z * wh.z * wh.z)
     }
 
-    /// Probability of drawing `cell` for this source.
+    /// Density of the draws in the slope plane.
     #[inline]
-    fn cell_probability(&self, incident: &Incident, cell: usize) -> f64 {
-        let mut probability = 0.0;
+    fn draw_density(&self, incident: &Incident, stencil: &Stencil) -> f64 {
+        let under_hats = stencil.map(|(k, w)| (k, w * self.hats.inverse_integral(k)));
+        let mut density = 0.0;
         for (n, w) in incident.nodes {
             if w > 0.0
                 && let Some(alias) = &self.nodes[n]
             {
-                probability += w * (1.0 - self.core[n]) * alias.probability(cell);
+                let node: f64 = under_hats.iter().map(|&(k, share)| share * alias.probability(k)).sum();
+                density += w * (1.0 - self.core[n]) * node;
             }
         }
-        probability
+        density
     }
 }
 
@@ -123,7 +126,7 @@ impl Brdf for TableBrdf {
         let along = (left - core) / (1.0 - core);
         let (cell, across) = self.nodes[node].as_ref()?.draw(u[0]);
         let cells = &self.table.cells;
-        let polar = cells.polar_in(cell, across, along);
+        let polar = self.hats.polar_in(cell, across, along);
         let (p, q) = cells.slope_at(polar);
         let slope = incident.out_of_cells(DVec3::new(p, q, 0.0));
         let f = facing(slope.x, slope.y, wi)?;
@@ -132,10 +135,10 @@ impl Brdf for TableBrdf {
         }
         // The slope is known, so f_r cos_theta_r / pdf needs no half vector: what is left is
         // R T cb / (ch ci) over the density of the draw in the slope plane.
-        let probability = self.cell_probability(&incident, cell);
-        let density = self.table.density_at(&incident, &cells.stencil_at(polar));
+        let stencil = cells.stencil_at(polar);
+        let density = self.table.density_at(&incident, &stencil);
         let reflected = self.table.material.reflectance(f.cos_beta) * density * f.weight * incident.balance;
-        let per_slope = probability * self.inverse_area[cell];
+        let per_slope = self.draw_density(&incident, &stencil);
         let ch2 = 1.0 / (1.0 + p * p + q * q);
         let pdf = per_slope / (4.0 * f.cos_beta * ch2 * ch2.sqrt());
         (pdf > 0.0).then(|| BrdfSample { wo: f.wo, weight: reflected / per_slope, pdf, specular: false })

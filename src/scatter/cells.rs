@@ -248,7 +248,7 @@ impl HalfVectorCells {
     }
 
     #[inline]
-    fn ring_centre(&self, ring: usize) -> f64 {
+    pub(super) fn ring_centre(&self, ring: usize) -> f64 {
         if ring == 0 { 0.0 } else { 0.5 * (self.edges[ring] + self.edges[ring + 1]) }
     }
 
