@@ -105,6 +105,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         .map(|(k, text)| Source::open(text, &a.map, &a.scatter, &|share| bar.set(k, share)))
         .collect::<Result<_>>()?;
     bar.finish();
+    sources.iter().for_each(Source::print_preparation);
     let tiles: Vec<Tile> = sources
         .iter()
         .map(|s| Tile { caption: caption(s.name(), s.surface().map(|p: &Prediction| p.sq), s.gloss()), brdf: s.brdf() })
