@@ -3,6 +3,7 @@
 pub mod level;
 pub mod parameters;
 pub mod read;
+pub mod spectrum;
 pub mod synth;
 pub mod write;
 
