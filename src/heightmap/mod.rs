@@ -1,11 +1,15 @@
-//! Floor 2: height maps: read, level, describe, synthesise, write.
+//! Floor 2: height maps: read, level, describe, diagnose, synthesise, write.
 
 pub mod level;
 pub mod parameters;
 pub mod read;
+pub mod sampling;
 pub mod spectrum;
+pub mod survey;
 pub mod synth;
 pub mod write;
+
+pub use survey::Survey;
 
 use crate::error::{Error, Result};
 use ndarray::Array2;
