@@ -1,6 +1,7 @@
 //! The numbers of a survey in words, for the screen and for the page.
 
-use super::units::{digits, length};
+pub use super::units::digits;
+use super::units::length;
 use crate::heightmap::sampling::SlopeScale;
 use crate::heightmap::{HeightMap, Survey};
 use crate::meter::{Geometry, validity};

@@ -147,10 +147,11 @@ fn slope_plot(map: &HeightMap, survey: &Survey) -> Plot {
                 counts[at as usize] += 1.0;
             }
         });
-        let density = |count: f64| if count > 0.0 { count / (all * bin) } else { f64::NAN };
+        // An empty bin lies below any axis: heights in steps show as a comb.
+        let density = |count: f64| (count / (all.max(1.0) * bin)).max(1e-30);
         let middle = |i: usize| -half + (i as f64 + 0.5) * bin;
         let points: Vec<_> = counts.iter().enumerate().map(|(i, &n)| (middle(i), density(n))).collect();
-        highest = points.iter().map(|p| p.1).filter(|d| d.is_finite()).fold(highest, f64::max);
+        highest = points.iter().map(|p| p.1).fold(highest, f64::max);
         let inside: f64 = counts.iter().sum();
         let off = 100.0 * (1.0 - inside / all.max(1.0));
         let label = if off > 0.05 { format!("{label} ({off:.1} % off scale)") } else { label.to_owned() };
@@ -166,7 +167,7 @@ fn slope_plot(map: &HeightMap, survey: &Survey) -> Plot {
     Plot {
         title: "Slope distribution".to_owned(),
         x: exact(-half, half, 6),
-        y: decades(top * 2e-6, top),
+        y: decades(top * 1e-6, top),
         x_label: name.to_owned(),
         y_label: "probability density".to_owned(),
         curves,
@@ -203,10 +204,8 @@ fn spectrum_plot(survey: &Survey) -> Plot {
     let highest = raw.iter().map(|p| p.1).fold(f64::MIN_POSITIVE, f64::max);
     let lowest = raw.iter().map(|p| p.1).fold(highest, f64::min).max(highest * 1e-13);
     let x = decades(low * unit.size, high * unit.size);
-    let y = decades(
-        if highest > f64::MIN_POSITIVE { lowest } else { 0.1 },
-        if highest > f64::MIN_POSITIVE { highest } else { 1.0 },
-    );
+    let flat = raw.is_empty();
+    let y = if flat { decades(0.1, 1.0) } else { decades(lowest / 1.3, highest * 1.3) };
     let limit = |f: f64| vec![(f * unit.size, y.low), (f * unit.size, y.high)];
     let window = if survey.spectrum.windowed { "Hann window" } else { "periodic, no window" };
     let curves = vec![
@@ -274,7 +273,7 @@ fn autocorrelation_plot(survey: &Survey) -> Plot {
     Plot {
         title: "Autocorrelation".to_owned(),
         x: exact(0.0, end, 8),
-        y: exact(bottom, 1.0, 6),
+        y: exact(bottom, 1.0, 8),
         x_label: format!("lag / {}", unit.name),
         y_label: "autocorrelation".to_owned(),
         curves,

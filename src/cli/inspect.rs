@@ -41,7 +41,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         .map(|w| w.to_string())
         .collect();
     if let Some(output) = &a.output {
-        let tilt = map.removed_slopes.map(|s| format!("{:.3}", s.atan().to_degrees()));
+        let tilt = map.removed_slopes.map(|s| facts::digits(s.atan().to_degrees()));
         let notes = PageNotes {
             title: name.clone(),
             subtitle: format!("removed tilt {} deg along x, {} deg along y", tilt[0], tilt[1]),

@@ -18,7 +18,7 @@ pub struct Texture {
     pub sal: Option<f64>,
     /// Texture aspect ratio, 0 to 1; `None` where there is no Sal.
     pub str: Option<f64>,
-    /// Str is only an upper bound: along the lay the autocorrelation is above 0.2 as far as the map reaches.
+    /// Str is only an upper bound: in some direction the autocorrelation is above 0.2 as far as the map reaches.
     pub str_is_upper_bound: bool,
     /// Direction of the lay from +x \[rad\], in (-90, 90] deg; means little if Str is above one half.
     pub std: Option<f64>,
@@ -57,7 +57,7 @@ impl Texture {
         Texture {
             sal,
             str: sal.map(|s| s / longest.max(longest_open).max(s)),
-            str_is_upper_bound: sal.is_some() && longest_open > longest,
+            str_is_upper_bound: sal.is_some() && longest_open > 0.0,
             std: spectrum.lay(),
         }
     }

@@ -42,20 +42,27 @@ fn steps(differences: impl Iterator<Item = f64>, rounding: f64, pitch: f64) -> O
     all.sort_by(f64::total_cmp);
     let tail = all.len() / 500;
     let core = &all[tail..all.len() - tail];
-    let gaps: Vec<f64> = core.windows(2).map(|w| w[1] - w[0]).filter(|g| *g > rounding).collect();
-    let distinct = gaps.len() + 1;
-    let step = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let gap = |w: &[f64]| w[1] - w[0];
+    // Where differences are most frequent every step is taken, so the widest gap there is one step. (If half of all
+    // neighbours are level there is no gap; then most gaps anywhere are.)
+    let widest = |part: &[f64]| part.windows(2).map(gap).fold(0.0, f64::max);
+    let (inner, outer) = (widest(&core[core.len() / 4..core.len() - core.len() / 4]), widest(core));
+    let coarse = if inner > rounding { inner } else { 0.3 * outer };
+    // Smaller gaps are the rounding of whoever converted the file.
+    let mut between: Vec<f64> = core.windows(2).map(gap).filter(|g| *g > rounding.max(0.3 * coarse)).collect();
+    between.sort_by(f64::total_cmp);
+    let distinct = between.len() + 1;
+    if distinct < 3 || distinct > MOST_DISTINCT || core.len() < 20 * distinct {
+        return None;
+    }
+    let step = between[between.len() / 2];
     // A saw of two slopes also has few differences; steps are told by being multiples of one of them.
     let regular = |g: &&f64| {
         let ratio = *g / step;
         (ratio - ratio.round()).abs() < 0.1
     };
-    let even = gaps.iter().filter(regular).count() as f64 >= 0.9 * gaps.len() as f64;
-    (distinct >= 3 && distinct <= MOST_DISTINCT && even && core.len() >= 20 * distinct).then(|| Quantum {
-        step,
-        distinct,
-        glint_spacing: 2.0 * (step / pitch).atan(),
-    })
+    let even = between.iter().filter(regular).count() as f64 >= 0.9 * between.len() as f64;
+    even.then(|| Quantum { step, distinct, glint_spacing: 2.0 * (step / pitch).atan() })
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ pub enum Warning {
         /// Autocorrelation length \[m\].
         sal: f64,
     },
-    /// The lay runs out of the map.
+    /// The lay, or form, runs out of the map.
     LayLongerThanMap {
         /// Upper bound of Str.
         str_bound: f64,
@@ -145,7 +145,7 @@ impl fmt::Display for Warning {
             ),
             Warning::LayLongerThanMap { str_bound } => write!(
                 f,
-                "Along the lay the autocorrelation stays above 0.2 as far as the map reaches: Str is at most \
+                "In some direction the autocorrelation stays above 0.2 as far as the map reaches: Str is at most \
                  {str_bound:.3}. Measure a longer field if Str itself matters.",
             ),
             Warning::FormLeft => f.write_str(
