@@ -80,7 +80,7 @@ mod tests {
             assert!(check_rays((nm - 1.0) * 1e-9, geometry, 550e-9).is_some());
             assert!(check_rays((nm + 1.0) * 1e-9, geometry, 550e-9).is_none());
             let text = check_rays(50e-9, geometry, 550e-9).unwrap().to_string();
-            assert!(text.contains("kirchhoff") && text.contains("above Sq "), "{text}");
+            assert!(text.contains("wave calculation") && text.contains("above Sq "), "{text}");
         }
         assert_eq!(check_rays(0.0, &Geometry::gloss20(), 550e-9), None);
     }
