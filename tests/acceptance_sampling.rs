@@ -7,7 +7,7 @@ use asperity::math::statistics::chi_square_test;
 use asperity::math::{Estimate, direction, reflect};
 use asperity::optics::{Brdf, Material};
 use asperity::sample::TableBrdf;
-use asperity::scatter::cells::facing;
+use asperity::scatter::facing::facing;
 use asperity::scatter::{Method, Options, Symmetry, scatter};
 use asperity::table::{Provenance, Table};
 use glam::DVec3;

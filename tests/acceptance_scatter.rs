@@ -11,7 +11,7 @@ use asperity::heightmap::{Edges, HeightMap, level};
 use asperity::math::direction;
 use asperity::math::statistics::chi_square_p_value;
 use asperity::optics::Material;
-use asperity::scatter::cells::cell_weight;
+use asperity::scatter::facing::cell_weight;
 use asperity::scatter::{HalfVectorCells, Method, Options, Scatter, Symmetry, Tally, scatter};
 use glam::DVec3;
 use std::path::PathBuf;

@@ -1,7 +1,17 @@
-//! Floor 8: charts as SVG text, drawn with plotters' shapes and no font library.
+//! Floor 8: charts: SVG text drawn with plotters' shapes, and pages of pixels drawn with our own lines; no font library.
 
 mod axis;
 mod canvas;
+mod colours;
+pub mod facts;
 pub mod gloss_roughness;
+mod height_view;
+mod inspection;
+mod plot;
+mod raster;
+mod units;
 
 pub use gloss_roughness::{GlossPoint, gloss_vs_roughness};
+pub use height_view::height_preview;
+pub use inspection::{PageNotes, inspection_page};
+pub use raster::Raster;

@@ -1,6 +1,6 @@
 //! `asperity brdf`: one map to one table.
 
-use super::map_options::MapOptions;
+use super::map_options::{MapOptions, print_report};
 use super::print_json;
 use super::progress::Bar;
 use super::scatter_options::ScatterOptions;
@@ -27,9 +27,10 @@ pub struct Arguments {
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let start = Instant::now();
     let settings = a.scatter.settings()?;
-    let map = a.map.load(&a.map_file)?;
+    let prepared = a.map.load(&a.map_file)?;
+    print_report(&a.map_file, &prepared.report);
     let bar = Bar::new("scatter", 1);
-    let prediction = predict(&map, &file_name(&a.map_file), &settings, &|share| bar.set(0, share))?;
+    let prediction = predict(&prepared.map, &file_name(&a.map_file), &settings, &|share| bar.set(0, share))?;
     bar.finish();
     let table = prediction.brdf.table();
     table.save(&a.output)?;
@@ -52,6 +53,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             "multiple_bounce_fraction": multiple, "lost_fraction": lost,
             "shadowed_fraction": mean(|n| n.shadowed),
             "predicted_blocked_fraction": prediction.decisions.iter().map(|d| d.predicted_blocked).collect::<Vec<_>>(),
+            "preparation": prepared.report,
             "visibility": prediction.decisions.iter().map(|d| d.visibility).collect::<Vec<_>>(),
         }));
     }

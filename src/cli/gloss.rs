@@ -32,6 +32,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         .map(|(k, text)| Source::open(text, &a.map, &a.scatter, &|share| bar.set(k, share)))
         .collect::<Result<_, _>>()?;
     bar.finish();
+    sources.iter().for_each(Source::print_preparation);
     for p in sources.iter().filter_map(Source::surface) {
         for warning in &p.warnings {
             eprintln!("warning: {}: {warning}", p.name);
@@ -41,10 +42,14 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         let list: Vec<_> = sources
             .iter()
             .map(|s| {
-                json!({
+                let mut entry = json!({
                     "source": s.name(), "gloss": gloss_json(s.gloss(), s.surface()),
                     "method": s.surface().map_or_else(|| "model".to_owned(), Prediction::method_summary),
-                })
+                });
+                if let Some(report) = s.preparation() {
+                    entry["preparation"] = json!(report);
+                }
+                entry
             })
             .collect();
         return print_json(&json!({ "sources": list }));

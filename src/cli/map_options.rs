@@ -1,9 +1,16 @@
 //! Flags that say how to read and prepare a height map.
 
 use super::quantity;
+use super::source::file_name;
 use crate::error::{Error, Result};
+use crate::heightmap::crop::Region;
+use crate::heightmap::despike::Despike;
+use crate::heightmap::fill::Fill;
+use crate::heightmap::form::Form;
+use crate::heightmap::orient::{Orientation, Rotation};
+use crate::heightmap::prepare::Report;
 use crate::heightmap::read::{ReadOptions, read};
-use crate::heightmap::{Edges, HeightMap, level};
+use crate::heightmap::{Edges, Preparation, Prepared, prepare};
 use clap::{Args, ValueEnum};
 use std::path::Path;
 
@@ -24,9 +31,53 @@ pub struct MapOptions {
     /// What lies beyond the border; periodic only for maps made so
     #[arg(long, value_enum, default_value_t = EdgesFlag::Open)]
     edges: EdgesFlag,
-    /// Keep the tilt instead of removing the least-squares plane
+    #[command(flatten)]
+    preparing: Preparing,
+}
+
+/// The order in which these act is fixed: see [`prepare`].
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Preparing the map, in this order")]
+struct Preparing {
+    /// Exchange left and right
     #[arg(long)]
+    mirror_x: bool,
+    /// Exchange top and bottom
+    #[arg(long)]
+    mirror_y: bool,
+    /// Turn counter-clockwise by so many degrees, after mirroring
+    #[arg(long, value_enum, value_name = "DEG")]
+    rotate: Option<RotateFlag>,
+    /// Make hills of valleys
+    #[arg(long)]
+    invert: bool,
+    /// Keep a part: X0,Y0,X1,Y1 from the top left, as fractions or as lengths such as 0,0,50um,50um
+    #[arg(long, value_parser = quantity::region, value_name = "REGION", allow_hyphen_values = true)]
+    region: Option<Region>,
+    /// Mark spikes beyond so many median absolute deviations as missing, 6 is usual; K,N for a window of N x N points
+    #[arg(long, value_parser = quantity::despike, value_name = "K[,N]")]
+    despike: Option<Despike>,
+    /// Form to remove: plane, poly:N of total degree N, sphere, none [default: plane]
+    #[arg(long, value_parser = quantity::form)]
+    form: Option<Form>,
+    /// Keep the tilt: the same as --form none
+    #[arg(long, conflicts_with = "form")]
     keep_tilt: bool,
+    /// Fill missing points smoothly, up to this share of the map [default: 0.05 if no share is given]
+    #[arg(long, value_parser = quantity::share, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.05")]
+    fill: Option<f64>,
+    /// Leave holes of more points than this open
+    #[arg(long, value_name = "POINTS", requires = "fill")]
+    fill_hole: Option<usize>,
+    /// Remove waves shorter than this (Gaussian filter, ISO 16610-61)
+    #[arg(long, value_parser = quantity::length, value_name = "CUT-OFF")]
+    s_filter: Option<f64>,
+    /// Remove waves longer than this (Gaussian filter, ISO 16610-61)
+    #[arg(long, value_parser = quantity::length, value_name = "CUT-OFF")]
+    l_filter: Option<f64>,
+    /// Known height noise of the instrument (standard deviation): reports the slopes without it
+    #[arg(long, value_parser = quantity::length, value_name = "LENGTH")]
+    noise: Option<f64>,
 }
 
 #[derive(ValueEnum, Clone, Copy, Debug)]
@@ -36,22 +87,62 @@ enum EdgesFlag {
     Periodic,
 }
 
+#[derive(ValueEnum, Clone, Copy, Debug)]
+enum RotateFlag {
+    #[value(name = "90")]
+    By90,
+    #[value(name = "180")]
+    By180,
+    #[value(name = "270")]
+    By270,
+}
+
 impl MapOptions {
-    /// Reads and levels one map.
-    pub fn load(&self, path: &Path) -> Result<HeightMap> {
+    /// Reads and prepares one map; its report is for [`print_report`] once no progress bar is in the way.
+    pub fn load(&self, path: &Path) -> Result<Prepared> {
         let MapOptions { pitch, unit, layer, height_range, .. } = *self;
         let raw = read(path, &ReadOptions { pitch, unit, layer, height_range })?;
-        let edges = match self.edges {
-            EdgesFlag::Open => Edges::Open,
-            EdgesFlag::Mirrored => Edges::Mirrored,
-            EdgesFlag::Periodic => Edges::Periodic,
-        };
-        if self.keep_tilt {
-            return Ok(level::keep_tilt(&raw, edges));
-        }
-        level::level(&raw, edges).map_err(|e| match e {
+        prepare(raw, &self.preparation()).map_err(|e| match e {
             Error::Parameter { what, advice } => Error::content(path, what, advice),
             other => other,
         })
+    }
+
+    fn preparation(&self) -> Preparation {
+        let p = &self.preparing;
+        Preparation {
+            edges: match self.edges {
+                EdgesFlag::Open => Edges::Open,
+                EdgesFlag::Mirrored => Edges::Mirrored,
+                EdgesFlag::Periodic => Edges::Periodic,
+            },
+            orientation: Orientation {
+                mirror_x: p.mirror_x,
+                mirror_y: p.mirror_y,
+                rotation: match p.rotate {
+                    None => Rotation::None,
+                    Some(RotateFlag::By90) => Rotation::By90,
+                    Some(RotateFlag::By180) => Rotation::By180,
+                    Some(RotateFlag::By270) => Rotation::By270,
+                },
+                invert: p.invert,
+            },
+            region: p.region,
+            despike: p.despike,
+            form: if p.keep_tilt { Form::None } else { p.form.unwrap_or_default() },
+            fill: p.fill.map(|limit| Fill { limit, largest_hole: p.fill_hole }),
+            s_filter: p.s_filter,
+            l_filter: p.l_filter,
+            noise: p.noise,
+        }
+    }
+}
+
+/// One line on stderr with what was done to the map, and one for each warning.
+pub fn print_report(path: &Path, report: &Report) {
+    let name = file_name(path);
+    eprintln!("{name}: {report}");
+    for warning in &report.warnings {
+        eprintln!("warning: {name}: {warning}");
     }
 }

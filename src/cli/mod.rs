@@ -1,7 +1,9 @@
 //! Floor 10: one file per verb; each reads, calls the library and prints.
 
 mod brdf;
+mod convert;
 mod gloss;
+mod inspect;
 mod map_options;
 mod models;
 mod predict;
@@ -33,13 +35,17 @@ struct Cli {
 enum Verb {
     /// Whole chain for maps or folders of maps: tables, gloss, chart and comparison tiles
     Predict(predict::Arguments),
+    /// What a height map is: size, ISO 25178 parameters, slopes, spectrum, and whether it can be trusted
+    Inspect(inspect::Arguments),
     /// Height map to tabulated BRDF (.npz)
     Brdf(brdf::Arguments),
     /// Gloss at 20, 60 and 85 deg of maps, tables or models
     Gloss(gloss::Arguments),
     /// Comparison picture of maps, tables or models
     Tiles(tiles::Arguments),
-    /// Make a synthetic height map (.x3p or .npy)
+    /// Height map to another format (.x3p, .sdf, .npy, 16-bit .png), or to a picture in colour
+    Convert(convert::Arguments),
+    /// Make a synthetic height map (.x3p, .npy or .sdf)
     Synth(synth::Arguments),
     /// List the BRDF models with their parameters and ranges
     Models,
@@ -54,9 +60,11 @@ pub fn run() -> std::process::ExitCode {
     }
     let done = match cli.verb {
         Verb::Predict(a) => predict::run(&a, cli.json),
+        Verb::Inspect(a) => inspect::run(&a, cli.json),
         Verb::Brdf(a) => brdf::run(&a, cli.json),
         Verb::Gloss(a) => gloss::run(&a, cli.json),
         Verb::Tiles(a) => tiles::run(&a, cli.json),
+        Verb::Convert(a) => convert::run(&a, cli.json),
         Verb::Synth(a) => synth::run(&a, cli.json),
         Verb::Models => models::run(cli.json),
     };

@@ -1,6 +1,6 @@
 //! `asperity predict`: the whole chain, for maps and folders of maps.
 
-use super::map_options::MapOptions;
+use super::map_options::{MapOptions, print_report};
 use super::print_json;
 use super::progress::Bar;
 use super::scatter_options::ScatterOptions;
@@ -8,6 +8,7 @@ use super::source::file_name;
 use super::tiles::{Look, caption};
 use crate::chart::{GlossPoint, gloss_vs_roughness};
 use crate::error::{Error, Result};
+use crate::heightmap::prepare::Report;
 use crate::heightmap::read::is_candidate;
 use crate::output::write_bytes;
 use crate::render::{Tile, TilesOptions, render_tiles};
@@ -36,8 +37,10 @@ pub struct Arguments {
     look: Look,
 }
 
-/// A map that went through, with the file its table is in.
+/// A map that went through, with how it was prepared and the file its table is in.
 struct Done {
+    map: PathBuf,
+    preparation: Report,
     prediction: Prediction,
     table: PathBuf,
     seconds: f64,
@@ -92,6 +95,9 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             println!("{} maps in {:.1} s", done.len(), start.elapsed().as_secs_f64());
         }
     }
+    for d in &done {
+        print_report(&d.map, &d.preparation);
+    }
     print_warnings(&done);
     if done.is_empty() && failures.len() == 1 {
         // The one map there was: its own error says it all.
@@ -116,14 +122,20 @@ fn one_map(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Done> {
     let start = Instant::now();
-    let map = a.map.load(path)?;
-    let prediction = predict(&map, &file_name(path), settings, progress).map_err(|e| match e {
+    let prepared = a.map.load(path)?;
+    let prediction = predict(&prepared.map, &file_name(path), settings, progress).map_err(|e| match e {
         Error::Parameter { what, advice } => Error::content(path, what, advice),
         other => other,
     })?;
     let table = a.output.join(format!("{stem}.npz"));
     prediction.brdf.table().save(&table)?;
-    Ok(Done { prediction, table, seconds: start.elapsed().as_secs_f64() })
+    Ok(Done {
+        map: path.to_owned(),
+        preparation: prepared.report,
+        prediction,
+        table,
+        seconds: start.elapsed().as_secs_f64(),
+    })
 }
 
 /// CSV, chart and tiles over all maps that went through.
@@ -278,6 +290,7 @@ fn as_json(done: &[Done], failures: &[(PathBuf, Error)], outputs: &[PathBuf], se
                 "map": p.name, "Sq_m": p.sq, "Sdq": p.sdq, "missing_fraction": p.missing_fraction,
                 "isotropic": p.isotropic, "method": p.method_summary(), "table": d.table.display().to_string(),
                 "gloss": super::gloss::gloss_json(p.gloss, Some(p)), "seconds": d.seconds,
+                "preparation": d.preparation,
                 "warnings": p.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
             })
         })

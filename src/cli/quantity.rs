@@ -1,4 +1,8 @@
-//! Numbers with units as the command line writes them.
+//! Numbers with units, and what is made of them, as the command line writes them.
+
+use crate::heightmap::crop::Region;
+use crate::heightmap::despike::Despike;
+use crate::heightmap::form::Form;
 
 /// Metres per unit.
 const LENGTHS: [(&str, f64); 7] =
@@ -79,6 +83,55 @@ pub fn pair(text: &str) -> Result<[f64; 2], String> {
     <[f64; 2]>::try_from(parts).map_err(|_| "write two numbers as X,Y".to_owned())
 }
 
+/// `0.25,0.25,0.75,0.75` or `0,0,50um,50um` to a region.
+pub fn region(text: &str) -> Result<Region, String> {
+    let four =
+        |parts: Vec<f64>| <[f64; 4]>::try_from(parts).map_err(|_| "write four numbers as X0,Y0,X1,Y1".to_owned());
+    let plain: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse::<f64>()).collect();
+    match plain {
+        Ok(fractions) => four(fractions).map(Region::Fraction),
+        Err(_) => {
+            let lengths: Result<Vec<f64>, String> = text.split(',').map(length).collect();
+            let hint = |e| format!("{e}; write all four as fractions or all as lengths");
+            four(lengths.map_err(hint)?).map(Region::Length)
+        }
+    }
+}
+
+/// `6` or `6,5` to a rule for spikes: threshold in MADs and side of the window.
+pub fn despike(text: &str) -> Result<Despike, String> {
+    let usual = Despike::default();
+    let (threshold, window) = match text.split_once(',') {
+        Some((k, n)) => (k, n.trim().parse().map_err(|_| format!("`{n}` is not a number of points"))?),
+        None => (text, usual.window),
+    };
+    let threshold = threshold.trim().parse().map_err(|_| format!("`{threshold}` is not a number of deviations"))?;
+    Ok(Despike { threshold, window })
+}
+
+/// `plane`, `poly:4`, `sphere` or `none`.
+pub fn form(text: &str) -> Result<Form, String> {
+    match text.trim() {
+        "none" => Ok(Form::None),
+        "plane" => Ok(Form::Plane),
+        "sphere" => Ok(Form::Sphere),
+        other => other
+            .strip_prefix("poly:")
+            .and_then(|n| n.parse().ok())
+            .map(Form::Polynomial)
+            .ok_or_else(|| "write plane, poly:N such as poly:4, sphere or none".to_owned()),
+    }
+}
+
+/// A share between 0 and 1.
+pub fn share(text: &str) -> Result<f64, String> {
+    text.trim()
+        .parse::<f64>()
+        .ok()
+        .filter(|v| (0.0..=1.0).contains(v))
+        .ok_or_else(|| format!("`{text}` is not between 0 and 1; before a file name write it out, such as --fill=0.05"))
+}
+
 /// Cuts after the number; an exponent belongs to it.
 fn split(text: &str) -> (&str, &str) {
     let bytes = text.as_bytes();
@@ -122,5 +175,23 @@ mod tests {
         assert!(size("64x").is_err());
         assert_eq!(pair("0.1,-2e-2").unwrap(), [0.1, -0.02]);
         assert!(pair("1").is_err());
+    }
+
+    #[test]
+    fn regions_spikes_forms_shares() {
+        assert_eq!(region("0.1,0, 0.9,1").unwrap(), Region::Fraction([0.1, 0.0, 0.9, 1.0]));
+        let Region::Length(lengths) = region("0,1um,2mm,0.5m").unwrap() else { panic!("not lengths") };
+        assert!(lengths.iter().zip([0.0, 1e-6, 2e-3, 0.5]).all(|(a, b)| (a - b).abs() < 1e-18));
+        for bad in ["", "1,2,3", "0,0,1,1,1", "0.5,0,2um,2um", "a,b,c,d"] {
+            assert!(region(bad).is_err(), "{bad}");
+        }
+        assert_eq!(despike("6").unwrap(), Despike::default());
+        assert_eq!(despike("4.5, 5").unwrap(), Despike { threshold: 4.5, window: 5 });
+        assert!(despike("").is_err() && despike("6,x").is_err() && despike("6,5,3").is_err());
+        assert_eq!(form("poly:4").unwrap(), Form::Polynomial(4));
+        assert_eq!([form("none"), form("plane"), form("sphere")], [Form::None, Form::Plane, Form::Sphere].map(Ok));
+        assert!(form("poly").is_err() && form("poly:-1").is_err() && form("cylinder").is_err());
+        assert_eq!(share("0.2").unwrap(), 0.2);
+        assert!(share("20").is_err() && share("map.x3p").is_err() && share("nan").is_err());
     }
 }

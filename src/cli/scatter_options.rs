@@ -9,6 +9,7 @@ use crate::scatter::{Method, Options, Symmetry};
 use clap::{Args, ValueEnum};
 
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Scattering and meter")]
 pub struct ScatterOptions {
     /// How to scatter: auto takes the cheapest method that keeps the tolerance
     #[arg(long, value_enum, default_value_t = MethodFlag::Auto)]

@@ -1,20 +1,29 @@
 //! SOURCE on the command line: a height map, a table or a model.
 
-use super::map_options::MapOptions;
+use super::map_options::{MapOptions, print_report};
 use super::scatter_options::ScatterOptions;
 use crate::error::{Error, Result};
+use crate::heightmap::prepare::Report;
 use crate::math::Estimate;
 use crate::meter;
 use crate::model;
 use crate::optics::Brdf;
 use crate::report::{Prediction, predict, prediction};
 use crate::table::Table;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A source ready to be looked at.
 pub enum Source {
-    Surface(Box<Prediction>),
-    Model { text: String, brdf: Box<dyn Brdf>, gloss: [Estimate; 3] },
+    /// A table has no preparation.
+    Surface {
+        prediction: Box<Prediction>,
+        preparation: Option<(PathBuf, Report)>,
+    },
+    Model {
+        text: String,
+        brdf: Box<dyn Brdf>,
+        gloss: [Estimate; 3],
+    },
 }
 
 impl Source {
@@ -45,19 +54,20 @@ impl Source {
                 Error::io(path, "read", e)
             }
         })?;
-        let found = if Table::recognises(&bytes) {
-            prediction::from_table(Table::load(path)?, &name, &settings)?
+        let (found, preparation) = if Table::recognises(&bytes) {
+            (prediction::from_table(Table::load(path)?, &name, &settings)?, None)
         } else {
-            predict(&map.load(path)?, &name, &settings, progress)?
+            let prepared = map.load(path)?;
+            (predict(&prepared.map, &name, &settings, progress)?, Some((path.to_owned(), prepared.report)))
         };
         progress(1.0);
-        Ok(Source::Surface(Box::new(found)))
+        Ok(Source::Surface { prediction: Box::new(found), preparation })
     }
 
     /// File name or model text.
     pub fn name(&self) -> &str {
         match self {
-            Source::Surface(p) => &p.name,
+            Source::Surface { prediction, .. } => &prediction.name,
             Source::Model { text, .. } => text,
         }
     }
@@ -65,7 +75,7 @@ impl Source {
     /// What reflects.
     pub fn brdf(&self) -> &dyn Brdf {
         match self {
-            Source::Surface(p) => &p.brdf,
+            Source::Surface { prediction, .. } => &prediction.brdf,
             Source::Model { brdf, .. } => brdf.as_ref(),
         }
     }
@@ -73,15 +83,30 @@ impl Source {
     /// Gloss at 20, 60, 85 deg.
     pub fn gloss(&self) -> [Estimate; 3] {
         match self {
-            Source::Surface(p) => p.gloss,
+            Source::Surface { prediction, .. } => prediction.gloss,
             Source::Model { gloss, .. } => *gloss,
+        }
+    }
+
+    /// How the height map behind it was prepared, if there is one.
+    pub fn preparation(&self) -> Option<&Report> {
+        match self {
+            Source::Surface { preparation: Some((_, report)), .. } => Some(report),
+            _ => None,
+        }
+    }
+
+    /// Says on stderr how the height map behind it was prepared.
+    pub fn print_preparation(&self) {
+        if let Source::Surface { preparation: Some((path, report)), .. } = self {
+            print_report(path, report);
         }
     }
 
     /// The surface behind it, if there is one.
     pub fn surface(&self) -> Option<&Prediction> {
         match self {
-            Source::Surface(p) => Some(p),
+            Source::Surface { prediction, .. } => Some(prediction),
             Source::Model { .. } => None,
         }
     }

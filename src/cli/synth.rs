@@ -1,86 +1,125 @@
 //! `asperity synth`: height maps from a formula.
 
+use super::convert::{SamplesFlag, write};
 use super::{print_json, quantity};
 use crate::error::Error;
 use crate::facets::SlopeStatistics;
-use crate::heightmap::synth::{Gaussian, Grid, gaussian, ramp};
-use crate::heightmap::write::{npy, x3p};
-use crate::heightmap::{Edges, level, parameters};
+use crate::heightmap::synth::{self, Brushed, Decay, Defects, Gaussian, Grid, Rough};
+use crate::heightmap::{Edges, RawMap, level, parameters};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// File to write: .x3p or .npy (heights in metres)
+    /// File to write: .x3p, .npy (heights in metres) or .sdf
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Root-mean-square height; 0 gives a flat map
-    #[arg(long, value_parser = quantity::length, default_value = "0.2um")]
-    sq: f64,
-    /// Autocorrelation length: the Gaussian autocorrelation falls to 1/e there
-    #[arg(long, value_parser = quantity::length, default_value = "20um")]
-    acl: f64,
     /// Samples: N or WIDTHxHEIGHT
     #[arg(long, value_parser = quantity::size, default_value = "1024")]
     size: [usize; 2],
     /// Sampling distance, or X,Y
     #[arg(long, value_parser = quantity::pitch, default_value = "0.6um")]
     pitch: [f64; 2],
-    /// Seed of the random phases
+    /// Seed of everything random: same seed, same bytes
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Fixed spectral amplitudes: Sq and Sdq of this map equal those of the ensemble
-    #[arg(long)]
-    exact: bool,
-    /// A plane of slopes P,Q instead of a rough surface
-    #[arg(long, value_parser = quantity::pair, value_name = "P,Q", allow_hyphen_values = true, conflicts_with_all = ["sq", "acl", "exact"])]
-    ramp: Option<[f64; 2]>,
-    /// How heights are stored
+    /// How heights are stored: .x3p has all three, .npy the floats, .sdf f64 alone
     #[arg(long, value_enum, default_value_t = SamplesFlag::Int16)]
     samples: SamplesFlag,
+    #[command(flatten)]
+    surface: Surface,
+    #[command(flatten)]
+    defects: DefectFlags,
 }
 
-#[derive(ValueEnum, Clone, Copy)]
-enum SamplesFlag {
-    /// 65 000 steps over the range (.x3p only; .npy then holds f32)
-    Int16,
-    F32,
-    F64,
+#[derive(Args)]
+#[command(next_help_heading = "Surface")]
+struct Surface {
+    /// What to make
+    #[arg(long, value_enum, default_value_t = ShapeFlag::Gaussian)]
+    shape: ShapeFlag,
+    /// Root-mean-square height of gaussian, exponential, brushed and sinusoid; 0 gives a flat map
+    #[arg(long, value_parser = quantity::length, default_value = "0.2um")]
+    sq: f64,
+    /// Autocorrelation length: where a gaussian or exponential autocorrelation falls to 1/e. Two lengths A,B make the
+    /// surface anisotropic: A along --angle, B across [brushed: along and across the lay]
+    #[arg(long, value_parser = quantity::pitch, default_value = "20um", value_name = "LENGTH[,LENGTH]")]
+    acl: [f64; 2],
+    /// Direction from +x: of the first --acl, of the lay, or in which sinusoid and sawtooth rise and fall
+    #[arg(long, value_parser = quantity::angle, default_value = "0deg", allow_hyphen_values = true)]
+    angle: f64,
+    /// Sq of this one map is exactly --sq: spectral amplitudes are fixed (Sdq is then the ensemble's as well), a brushed map
+    /// is scaled; a sinusoid always is exact over whole periods
+    #[arg(long)]
+    exact: bool,
+    /// Period of sinusoid and sawtooth
+    #[arg(long, value_parser = quantity::length, default_value = "20um")]
+    period: f64,
+    /// Slope of both flanks of the sawtooth
+    #[arg(long, default_value_t = 0.1)]
+    slope: f64,
+    /// Radius of curvature of the cap; negative for a bowl
+    #[arg(long, value_parser = quantity::length, default_value = "10mm", allow_hyphen_values = true)]
+    radius: f64,
+    /// Grooves of a brushed map that overlap at a point on average: 0.3 is a scratched mirror, 30 a satin finish
+    #[arg(long, default_value_t = 10.0)]
+    overlap: f64,
+    /// A plane of slopes P,Q: the same as --shape ramp
+    #[arg(long, value_parser = quantity::pair, value_name = "P,Q", allow_hyphen_values = true, conflicts_with_all = ["sq", "acl", "exact"])]
+    ramp: Option<[f64; 2]>,
+}
+
+#[derive(ValueEnum, Clone, Copy, PartialEq, Eq)]
+enum ShapeFlag {
+    /// Random, autocorrelation exp(-(r/acl)^2): --sq --acl --angle --exact
+    Gaussian,
+    /// Random, autocorrelation exp(-r/acl), no rms slope: --sq --acl --angle --exact
+    Exponential,
+    /// Grooves of one shape at random places: --sq --acl --angle --overlap --exact
+    Brushed,
+    /// A wave: --sq --period --angle
+    Sinusoid,
+    /// Two slopes: --slope --period --angle
+    Sawtooth,
+    /// A sphere: --radius
+    Cap,
+    /// A plane: --ramp
+    Ramp,
+}
+
+#[derive(Args)]
+#[command(next_help_heading = "Defects, added in this order")]
+struct DefectFlags {
+    /// Standard deviation of white height noise
+    #[arg(long, value_parser = quantity::length, default_value = "0", hide_default_value = true, value_name = "LENGTH")]
+    noise: f64,
+    /// Share of the points that become spikes
+    #[arg(long, default_value_t = 0.0, hide_default_value = true, value_name = "SHARE", requires = "spike_height")]
+    spikes: f64,
+    /// How far a spike stands out, up or down at random
+    #[arg(long, value_parser = quantity::length, default_value = "0", hide_default_value = true, value_name = "LENGTH")]
+    spike_height: f64,
+    /// Step that heights are rounded to
+    #[arg(long, value_parser = quantity::length, default_value = "0", hide_default_value = true, value_name = "LENGTH")]
+    quantum: f64,
+    /// Share of the points that go missing
+    #[arg(long, default_value_t = 0.0, hide_default_value = true, value_name = "SHARE")]
+    dropouts: f64,
 }
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let grid = Grid { width: a.size[0], height: a.size[1], pitch: a.pitch };
-    let map = match a.ramp {
-        Some(slopes) => ramp(grid, slopes)?,
-        None => gaussian(grid, Gaussian { sq: a.sq, acl: a.acl, seed: a.seed, exact: a.exact })?,
-    };
-    let extension = a.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    match extension.as_deref() {
-        Some("x3p") => x3p::write(
-            &a.output,
-            &map,
-            match a.samples {
-                SamplesFlag::Int16 => x3p::Samples::Int16,
-                SamplesFlag::F32 => x3p::Samples::Float32,
-                SamplesFlag::F64 => x3p::Samples::Float64,
-            },
-        )?,
-        Some("npy") => npy::write(
-            &a.output,
-            &map,
-            match a.samples {
-                SamplesFlag::F64 => npy::Precision::Float64,
-                SamplesFlag::Int16 | SamplesFlag::F32 => npy::Precision::Float32,
-            },
-        )?,
-        _ => {
-            return Err(Error::content(&a.output, "this kind of file cannot be written", "name it .x3p or .npy").into());
-        }
-    }
-    let edges = if a.ramp.is_some() { Edges::Open } else { Edges::Periodic };
+    let (mut map, edges) = make(grid, &a.surface, a.seed)?;
+    let d = &a.defects;
+    let (spikes, spike_height) = (d.spikes, d.spike_height);
+    let defects =
+        Defects { noise: d.noise, spikes, spike_height, quantum: d.quantum, dropouts: d.dropouts, seed: a.seed };
+    synth::add_defects(&mut map, &defects)?;
+    write(&a.output, &map, a.samples)?;
     let made = level::keep_tilt(&map, edges);
-    let statistics = SlopeStatistics::measure(&made)?;
-    let (sq, sdq) = (parameters::sq(&made), statistics.sdq);
+    // Dropouts may leave no facet; the file is as asked.
+    let sdq = SlopeStatistics::measure(&made).map_or(0.0, |s| s.sdq);
+    let sq = parameters::sq(&made);
     if json {
         return print_json(&serde_json::json!({
             "file": a.output.display().to_string(), "width": a.size[0], "height": a.size[1],
@@ -98,4 +137,31 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         sdq
     );
     Ok(())
+}
+
+/// The surface, and whether it goes on beyond its border.
+fn make(grid: Grid, s: &Surface, seed: u64) -> Result<(RawMap, Edges), Error> {
+    let Surface { sq, acl, angle, exact, .. } = *s;
+    let rough = |decay| synth::rough(grid, Rough { sq, acl, angle, decay, seed, exact });
+    if let Some(slopes) = s.ramp {
+        return Ok((synth::ramp(grid, slopes)?, Edges::Open));
+    }
+    Ok(match s.shape {
+        // One length has no direction.
+        ShapeFlag::Gaussian if acl[0] == acl[1] => {
+            (synth::gaussian(grid, Gaussian { sq, acl: acl[0], seed, exact })?, Edges::Periodic)
+        }
+        ShapeFlag::Gaussian => (rough(Decay::Gaussian)?, Edges::Periodic),
+        ShapeFlag::Exponential => (rough(Decay::Exponential)?, Edges::Periodic),
+        ShapeFlag::Brushed => {
+            let brushed = Brushed { sq, acl, lay: angle, overlap: s.overlap, seed, exact };
+            (synth::brushed(grid, brushed)?, Edges::Periodic)
+        }
+        ShapeFlag::Sinusoid => (synth::sinusoid(grid, sq, s.period, angle)?, Edges::Open),
+        ShapeFlag::Sawtooth => (synth::sawtooth(grid, s.slope, s.period, angle)?, Edges::Open),
+        ShapeFlag::Cap => (synth::cap(grid, s.radius)?, Edges::Open),
+        ShapeFlag::Ramp => {
+            return Err(Error::parameter("the plane has no slopes", "give them with --ramp, for example --ramp 0.1,0"));
+        }
+    })
 }

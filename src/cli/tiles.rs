@@ -31,6 +31,7 @@ pub struct Arguments {
 
 /// Flags of the picture.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct Look {
     /// Paths per pixel of the picture
     #[arg(long, default_value_t = TilesOptions::default().samples_per_pixel, value_parser = clap::value_parser!(u32).range(1..))]
@@ -105,6 +106,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         .map(|(k, text)| Source::open(text, &a.map, &a.scatter, &|share| bar.set(k, share)))
         .collect::<Result<_>>()?;
     bar.finish();
+    sources.iter().for_each(Source::print_preparation);
     let tiles: Vec<Tile> = sources
         .iter()
         .map(|s| Tile { caption: caption(s.name(), s.surface().map(|p: &Prediction| p.sq), s.gloss()), brdf: s.brdf() })

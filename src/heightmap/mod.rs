@@ -1,10 +1,27 @@
-//! Floor 2: height maps: read, level, describe, synthesise, write.
+//! Floor 2: height maps: read, prepare, describe, diagnose, synthesise, write.
 
+pub mod crop;
+pub mod despike;
+pub mod fill;
+pub mod filter;
+pub mod form;
 pub mod level;
+pub mod noise;
+pub mod orient;
 pub mod parameters;
+pub mod polynomial;
+pub mod prepare;
 pub mod read;
+pub mod sampling;
+pub mod spectrum;
+pub mod sphere;
+pub mod survey;
 pub mod synth;
+pub mod warning;
 pub mod write;
+
+pub use prepare::{Preparation, Prepared, prepare};
+pub use survey::Survey;
 
 use crate::error::{Error, Result};
 use ndarray::Array2;

@@ -21,7 +21,7 @@ pub fn transform(data: &mut Vec<Complex<f64>>, rows: usize, columns: usize, dire
 }
 
 /// Blocked transpose of a `rows x columns` array: a plain one misses the cache on every write.
-fn transpose(data: &[Complex<f64>], rows: usize, columns: usize) -> Vec<Complex<f64>> {
+pub fn transpose(data: &[Complex<f64>], rows: usize, columns: usize) -> Vec<Complex<f64>> {
     const BLOCK: usize = 32;
     let mut out = vec![Complex::default(); data.len()];
     out.par_chunks_mut(BLOCK * rows).enumerate().for_each(|(k, stripe)| {

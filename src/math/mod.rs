@@ -1,7 +1,8 @@
-//! Floor 0: directions, solid angles, random streams, statistics, quadrature.
+//! Floor 0: directions, solid angles, random streams, statistics, quadrature, least squares.
 
 pub mod fft;
 pub mod frame;
+pub mod least_squares;
 pub mod quadrature;
 pub mod random;
 pub mod solid_angle;

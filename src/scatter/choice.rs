@@ -13,6 +13,12 @@ use crate::math::direction;
 use crate::optics::Material;
 use serde::{Deserialize, Serialize};
 
+/// Facets that `auto` asks about visibility per incident polar angle, over all azimuths. The slope distribution comes from
+/// all facets; only the visible share of each cell is estimated, to better than the map-to-map scatter.
+const BEAMS_PER_ANGLE: u64 = 1 << 19;
+/// ... but at least so many per direction.
+const FEWEST_BEAMS: u64 = 1 << 16;
+
 /// How to scatter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
 #[serde(rename_all = "snake_case")]
@@ -166,6 +172,14 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
     let field = HeightField::new(map);
     let walk =
         Walk { field: &field, material: options.material, max_bounces: options.bounces, steepest: statistics.steepest };
+    let share = match options.method {
+        // Every azimuth of an anisotropic table asks its own facets, so fewer per azimuth do.
+        Method::Auto => {
+            let wanted = (BEAMS_PER_ANGLE / phi_i.len() as u64).max(FEWEST_BEAMS);
+            wanted as f64 / statistics.facets as f64
+        }
+        Method::Facets | Method::Rays => 1.0,
+    };
     let nodes = (decisions.len() * phi_i.len()) as f64;
     let mut done = 0.0;
     let mut tallies = Vec::with_capacity(decisions.len());
@@ -176,7 +190,7 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
             let theta_i = decision.theta_i;
             row.push(match options.method {
                 Method::Rays => trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed),
-                _ if decision.visibility => facet_sum(&walk, &cells, theta_i, azimuth),
+                _ if decision.visibility => facet_sum(&walk, &cells, theta_i, azimuth, share),
                 _ => density.tally(&cells, direction(theta_i, phi), &options.material, &hiding),
             });
             done += 1.0;

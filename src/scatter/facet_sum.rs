@@ -1,7 +1,8 @@
 //! The deterministic facet sum: every facet is a beam.
 
 use super::bounce::{Arrival, Walk};
-use super::cells::{HalfVectorCells, facing};
+use super::cells::HalfVectorCells;
+use super::facing::facing;
 use super::tally::{CORE_SLOPE, Tally};
 use crate::facets::slopes::{self, Facet};
 use crate::facets::visibility::Fate;
@@ -11,6 +12,9 @@ use rayon::prelude::*;
 
 /// Fractional part of the golden ratio: its multiples fill a circle as evenly as any number of points can.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Fractional part of the plastic number: chooses facets evenly and unrelated to their azimuth.
+const PLASTIC: f64 = 0.754_877_666_246_692_7;
 
 /// Rows per task.
 const ROWS: usize = 16;
@@ -48,8 +52,8 @@ pub fn turned_back(v: DVec3, angle: f64) -> DVec3 {
 /// `E_k = sum over facets of w V R(beta) [o in k] / sum w V`, with `w = max(0, 1 - tan(theta_i) (p cos phi_i + q sin phi_i))`
 /// and V = 1 where a short march from the facet's centroid reaches the source; a blocked exit goes on as a ray.
 ///
-/// Deterministic: same map, same tally, for any number of threads.
-pub fn facet_sum(walk: &Walk, cells: &HalfVectorCells, theta_i: f64, azimuth: Azimuth) -> Tally {
+/// `share` of the facets, evenly chosen, are asked; 1 asks all. Deterministic: same map, same tally, for any number of threads.
+pub fn facet_sum(walk: &Walk, cells: &HalfVectorCells, theta_i: f64, azimuth: Azimuth, share: f64) -> Tally {
     let map = walk.field.map();
     let (_, ny) = slopes::cells(map);
     let starts: Vec<usize> = (0..ny).step_by(ROWS).collect();
@@ -57,8 +61,14 @@ pub fn facet_sum(walk: &Walk, cells: &HalfVectorCells, theta_i: f64, azimuth: Az
         .into_par_iter()
         .map(|start| {
             let mut tally = Tally::new(cells.len());
+            tally.asked = vec![0; cells.len()];
             for row in start..(start + ROWS).min(ny) {
-                slopes::visit_row(map, row, |facet| add_facet(walk, cells, theta_i, azimuth, facet, &mut tally));
+                slopes::visit_row(map, row, |facet| {
+                    let id = (facet.row * walk.field.cells()[0] + facet.column) * 2 + usize::from(facet.upper);
+                    if (id as f64 * PLASTIC).fract() < share {
+                        add_facet(walk, cells, theta_i, azimuth, id, facet, &mut tally);
+                    }
+                });
             }
             tally
         })
@@ -68,10 +78,23 @@ pub fn facet_sum(walk: &Walk, cells: &HalfVectorCells, theta_i: f64, azimuth: Az
     tally
 }
 
-fn add_facet(walk: &Walk, cells: &HalfVectorCells, theta_i: f64, azimuth: Azimuth, facet: Facet, tally: &mut Tally) {
-    let id = (facet.row * walk.field.cells()[0] + facet.column) * 2 + usize::from(facet.upper);
+fn add_facet(
+    walk: &Walk,
+    cells: &HalfVectorCells,
+    theta_i: f64,
+    azimuth: Azimuth,
+    id: usize,
+    facet: Facet,
+    tally: &mut Tally,
+) {
     let (phi, turn) = azimuth.of((id as f64 * GOLDEN).fract());
     let wi = direction(theta_i, phi);
+    let flat = facet.p.abs().max(facet.q.abs()) < CORE_SLOPE;
+    let slope = turned_back(DVec3::new(facet.p, facet.q, 0.0), turn);
+    let own_cell = cells.locate(slope.x, slope.y);
+    if !flat {
+        tally.asked[own_cell] += 1;
+    }
     let Some(beam) = facing(facet.p, facet.q, wi) else { return };
     let (u, v) = if facet.upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
     let (column, row) = (facet.column as f64 + u, facet.row as f64 + v);
@@ -96,11 +119,10 @@ fn add_facet(walk: &Walk, cells: &HalfVectorCells, theta_i: f64, azimuth: Azimut
     if end.bounces > 1 {
         tally.multiple += energy;
         tally.add(cells.locate_pair(direction(theta_i, phi - turn), turned_back(wo, turn)), energy);
-    } else if facet.p.abs().max(facet.q.abs()) < CORE_SLOPE {
+    } else if flat {
         tally.core += energy;
     } else {
-        let slope = turned_back(DVec3::new(facet.p, facet.q, 0.0), turn);
-        tally.add(cells.locate(slope.x, slope.y), energy);
+        tally.add(own_cell, energy);
     }
 }
 

@@ -4,6 +4,7 @@ pub mod bounce;
 pub mod cells;
 pub mod choice;
 pub mod facet_sum;
+pub mod facing;
 pub mod hats;
 pub mod rays;
 pub mod slope_histogram;

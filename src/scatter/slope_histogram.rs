@@ -1,6 +1,7 @@
 //! One pass over the facets that serves every incident direction for which nothing is hidden.
 
-use super::cells::{HalfVectorCells, facing};
+use super::cells::HalfVectorCells;
+use super::facing::facing;
 use super::tally::{CORE_SLOPE, Tally};
 use crate::facets::distribution::Hiding;
 use crate::facets::slopes;

@@ -26,6 +26,8 @@ pub struct Tally {
     pub shadowed: f64,
     /// Beams counted.
     pub beams: u64,
+    /// Facets of each cell that were asked, hidden or not; empty if the method does not go by facets.
+    pub asked: Vec<u64>,
 }
 
 /// Shares of the incident energy; they sum to 1.
@@ -49,6 +51,7 @@ impl Tally {
             multiple: 0.0,
             shadowed: 0.0,
             beams: 0,
+            asked: Vec::new(),
         }
     }
 
@@ -70,6 +73,11 @@ impl Tally {
         self.multiple += other.multiple;
         self.shadowed += other.shadowed;
         self.beams += other.beams;
+        if self.asked.is_empty() {
+            self.asked = other.asked.clone();
+        } else {
+            self.asked.iter_mut().zip(&other.asked).for_each(|(a, b)| *a += b);
+        }
     }
 
     /// Merges parts in the order given, so the sum does not depend on which thread made which part.

@@ -4,7 +4,7 @@ use super::Table;
 use super::build::interpolate;
 use super::eval::bracket;
 use crate::math::{direction, frame};
-use crate::scatter::cells::facing;
+use crate::scatter::facing::facing;
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -4,7 +4,8 @@ use super::balance::Balance;
 use super::{Node, Provenance, Table};
 use crate::math::direction;
 use crate::optics::Material;
-use crate::scatter::cells::{HalfVectorCells, POINTS, Stencil, cell_weight, facing};
+use crate::scatter::cells::{HalfVectorCells, POINTS, Stencil};
+use crate::scatter::facing::{cell_weight, facing};
 use crate::scatter::{Method, Scatter, Tally};
 use glam::DVec3;
 
@@ -41,7 +42,7 @@ impl Table {
                 let wi = direction(scatter.theta_i[t], scatter.phi_i[p]);
                 let node_below = t.checked_sub(1).map(|below| table.node_range(below * phis + p));
                 let below = node_below.map(|range| table.density[range].to_vec());
-                let mut density = cell_densities(cells, tally, wi, &scatter.material, below.as_deref());
+                let mut density = cell_densities(scatter, tally, wi, below.as_deref());
                 if scatter.isotropic {
                     density = (0..n).map(|k| 0.5 * (density[k] + density[cells.mirrored(k)])).collect();
                 }
@@ -87,23 +88,31 @@ impl Table {
     }
 }
 
+/// Cells with fewer facets keep their own count: a ratio of small numbers would add noise.
+const ENOUGH_FACETS: u64 = 8;
+
 /// Density per cell; where the cell is (nearly) below the horizon the node of the next smaller angle stands in,
 /// so that a lobe interpolated between the two does not fade.
-fn cell_densities(
-    cells: &HalfVectorCells,
-    tally: &Tally,
-    wi: DVec3,
-    material: &Material,
-    below: Option<&[f64]>,
-) -> Vec<f64> {
+///
+/// A facet sum knows which facets it asked: multiplying by (density of all facets) / (density of those asked) leaves it
+/// only the visible share to estimate.
+fn cell_densities(scatter: &Scatter, tally: &Tally, wi: DVec3, below: Option<&[f64]>) -> Vec<f64> {
+    let cells = &scatter.cells;
+    let asked: u64 = tally.asked.iter().sum();
     (0..cells.len())
         .map(|k| {
-            let (reflected, _) = cell_weight(cells, k, wi, material);
+            let (reflected, _) = cell_weight(cells, k, wi, &scatter.material);
             let (seen, _) = cell_weight(cells, k, wi, &Material::Mirror);
             if seen < SEEN_ENOUGH * cells.area(k) || reflected <= 0.0 {
-                below.map_or(0.0, |b| b[k])
-            } else {
-                share(tally, k) / reflected
+                return below.map_or(0.0, |b| b[k]);
+            }
+            let own = share(tally, k) / reflected;
+            match tally.asked.get(k) {
+                Some(&n) if n >= ENOUGH_FACETS => {
+                    let asked_density = n as f64 / (asked as f64 * cells.area(k));
+                    own * scatter.density.density[k] * (1.0 - scatter.density.core).recip() / asked_density
+                }
+                _ => own,
             }
         })
         .collect()
@@ -174,14 +183,20 @@ pub(super) fn interpolate(density: &[f64], stencil: &Stencil) -> f64 {
     stencil.iter().map(|&(k, w)| density[k] * w).sum()
 }
 
-/// Relative standard error of a cell: map-to-map scatter, and the counting error of the rays if rays were traced.
+/// Relative standard error of a cell: map-to-map scatter, the counting error of rays, and for a facet sum that of the
+/// visible share, `sqrt(hidden / n)` for n facets asked.
 fn relative_error(scatter: &Scatter, tally: &Tally, cell: usize, by_subarea: Option<f64>) -> f64 {
     let energy = tally.energy[cell];
     let counting = if energy > 0.0 { tally.energy_squared[cell].sqrt() / energy } else { 0.0 };
-    match (by_subarea, scatter.method) {
-        (Some(s), Method::Rays) => s.hypot(counting),
-        (Some(s), _) => s,
-        (None, _) => counting,
+    let asked = tally.asked.get(cell).copied().unwrap_or(0);
+    match by_subarea {
+        Some(s) if scatter.method == Method::Rays => s.hypot(counting),
+        Some(s) if asked > 0 => {
+            let hidden = (tally.shadowed + tally.multiple / tally.incident.max(f64::MIN_POSITIVE)).min(1.0);
+            s.hypot((hidden / asked as f64).sqrt())
+        }
+        Some(s) => s,
+        None => counting,
     }
 }
 
