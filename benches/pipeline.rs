@@ -74,7 +74,7 @@ fn scattering(c: &mut Criterion) {
     for degrees in [20, 45, 60, 75] {
         let theta_i = f64::from(degrees).to_radians();
         g.bench_with_input(BenchmarkId::from_parameter(format!("{degrees} deg")), &theta_i, |b, &theta_i| {
-            b.iter(|| facet_sum(&walk, &cells, theta_i, Azimuth::Fixed(0.0)));
+            b.iter(|| facet_sum(&walk, &cells, theta_i, Azimuth::Fixed(0.0), 1.0));
         });
     }
     g.finish();
@@ -97,7 +97,7 @@ fn queries(brdf: &TableBrdf) -> Vec<(DVec3, DVec3, [f64; 2])> {
     let mut rng = CounterRng::new(2, 0, 0);
     (0..4096)
         .map(|_| {
-            let wi = direction(1.3 * rng.uniform(), 6.28 * rng.uniform());
+            let wi = direction(1.3 * rng.uniform(), std::f64::consts::TAU * rng.uniform());
             let u = [rng.uniform(), rng.uniform()];
             let wo = brdf.sample(wi, u).map_or_else(|| reflect(wi, DVec3::Z), |s| s.wo);
             (wi, wo, [rng.uniform(), rng.uniform()])
