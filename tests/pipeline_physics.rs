@@ -187,7 +187,7 @@ fn weight_is_f_cos_over_pdf() {
         let mut rng = asperity::math::random::CounterRng::new(8, 0, 0);
         let mut checked = 0;
         for _ in 0..20_000 {
-            let wi = direction(1.5 * rng.uniform(), 6.28 * rng.uniform());
+            let wi = direction(1.5 * rng.uniform(), std::f64::consts::TAU * rng.uniform());
             let Some(s) = brdf.sample(wi, [rng.uniform(), rng.uniform()]) else { continue };
             let (f, pdf) = (brdf.eval(wi, s.wo), brdf.pdf(wi, s.wo));
             // A direction within rounding of a cell's border may be looked up in the neighbour.

@@ -202,7 +202,7 @@ mod tests {
         let mut sinusoid = raw(Array2::from_shape_fn((64, 64), |(_, c)| 1e-6 * (c as f64 * 0.4).sin()));
         assert_eq!(despike(&mut sinusoid, Despike::default()).unwrap().points, 0);
         // Most windows are exactly flat; single points one quantum off are how such an instrument sees noise.
-        let step = |r: usize, c: usize| if (r * 31 + c * 17) % 23 == 0 { 1e-9 } else { 0.0 };
+        let step = |r: usize, c: usize| if (r * 31 + c * 17).is_multiple_of(23) { 1e-9 } else { 0.0 };
         let mut quantised = raw(Array2::from_shape_fn((64, 64), |(r, c)| step(r, c)));
         assert_eq!(despike(&mut quantised, Despike::default()).unwrap().points, 0);
         quantised.heights[[30, 30]] = 2e-8;

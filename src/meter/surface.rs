@@ -15,13 +15,16 @@ pub fn surface_gloss(brdf: &TableBrdf, geometry: &[Geometry], options: &Options)
     let table = brdf.table();
     // Twice the integration points would not tell more about a surface whose sub-areas differ by percents.
     let quick = Options { azimuths: options.azimuths.clone(), ..Options::quick() };
-    let parts: Vec<TableBrdf> =
-        (0..table.subareas()).into_par_iter().map(|k| TableBrdf::new(table.of_subarea(k))).collect::<Result<_>>()?;
-    Ok(geometry
-        .par_iter()
-        .map(|g| {
-            let repeats: Vec<f64> = parts.par_iter().map(|part| gloss(part, g, &quick).value).collect();
-            gloss(brdf, g, options).with_error(Estimate::from_repeats(&repeats).standard_error)
+    // One sub-area's sampler at a time per thread: together they would hold sixteen times the table.
+    let repeats: Vec<Vec<f64>> = (0..table.subareas())
+        .into_par_iter()
+        .map(|k| {
+            let part = TableBrdf::new(table.of_subarea(k))?;
+            Ok(geometry.iter().map(|g| gloss(&part, g, &quick).value).collect())
         })
-        .collect())
+        .collect::<Result<_>>()?;
+    let map_to_map =
+        |k: usize| Estimate::from_repeats(&repeats.iter().map(|r| r[k]).collect::<Vec<_>>()).standard_error;
+    let values = geometry.par_iter().map(|g| gloss(brdf, g, options)).collect::<Vec<_>>();
+    Ok(values.into_iter().enumerate().map(|(k, value)| value.with_error(map_to_map(k))).collect())
 }

@@ -132,8 +132,7 @@ impl Table {
         table.density.chunks_mut(n).for_each(|t| t.iter_mut().zip(ratio).for_each(|(t, r)| *t *= r));
         let subarea = balance::Balance::own_of(&table);
         // A sub-area has other slopes, not another amount of light.
-        for node in 0..table.nodes.len() {
-            let (own, whole) = (subarea[node], self.balance.own[node]);
+        for (node, (own, whole)) in subarea.into_iter().zip(&self.balance.own).enumerate() {
             if own > 0.0 {
                 let range = table.node_range(node);
                 table.density[range].iter_mut().for_each(|t| *t *= whole / own);

@@ -52,7 +52,7 @@ fn steps(differences: impl Iterator<Item = f64>, rounding: f64, pitch: f64) -> O
     let mut between: Vec<f64> = core.windows(2).map(gap).filter(|g| *g > rounding.max(0.3 * coarse)).collect();
     between.sort_by(f64::total_cmp);
     let distinct = between.len() + 1;
-    if distinct < 3 || distinct > MOST_DISTINCT || core.len() < 20 * distinct {
+    if !(3..=MOST_DISTINCT).contains(&distinct) || core.len() < 20 * distinct {
         return None;
     }
     let step = between[between.len() / 2];

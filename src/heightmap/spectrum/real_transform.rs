@@ -161,7 +161,7 @@ impl HalfSpectrum {
 pub(super) fn fast_length(n: usize) -> usize {
     let smooth = |mut n: usize| {
         for p in [2, 3, 5] {
-            while n % p == 0 {
+            while n.is_multiple_of(p) {
                 n /= p;
             }
         }
