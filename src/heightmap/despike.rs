@@ -78,9 +78,13 @@ pub fn despike(raw: &mut RawMap, rule: Despike) -> Result<Spikes> {
     };
     let mut deviations = vec![f32::NAN; flat.len()];
     deviations.par_chunks_mut(columns).enumerate().for_each_init(Vec::new, |values, (r, row)| {
+        if window == 3 && r > 0 && r + 1 < rows {
+            let at = |r: usize| &flat[r * columns..(r + 1) * columns];
+            deviations_of_three([at(r - 1), at(r), at(r + 1)], row);
+        }
         for (c, deviation) in row.iter_mut().enumerate() {
             let h = flat[r * columns + c];
-            if !h.is_nan() {
+            if deviation.is_nan() && !h.is_nan() {
                 window_of(r, c, values);
                 if values.len() >= FEWEST {
                     *deviation = (h - median(values)).abs();
@@ -115,6 +119,27 @@ fn median(values: &mut [f32]) -> f32 {
     values.sort_unstable_by(f32::total_cmp);
     let n = values.len();
     if n % 2 == 1 { values[n / 2] } else { 0.5 * (values[n / 2 - 1] + values[n / 2]) }
+}
+
+/// `|h - median|` for the inner points of the middle row of three; NaN where a point of the window is missing.
+///
+/// The middle of nine is the middle of the largest of the lows, the middle of the middles and the smallest of the highs
+/// of three sorted triples (Paeth 1990). Without branches the compiler works on several points at once.
+fn deviations_of_three([a, b, c]: [&[f32]; 3], out: &mut [f32]) {
+    let (less, more) = (|x: f32, y: f32| if x < y { x } else { y }, |x: f32, y: f32| if x < y { y } else { x });
+    let middle = |x: f32, y: f32, z: f32| more(less(x, y), less(more(x, y), z));
+    let sorted = |x, y, z| [less(less(x, y), z), middle(x, y, z), more(more(x, y), z)];
+    for k in 1..out.len().max(1) - 1 {
+        let s = [sorted(a[k - 1], b[k - 1], c[k - 1]), sorted(a[k], b[k], c[k]), sorted(a[k + 1], b[k + 1], c[k + 1])];
+        let median = middle(
+            more(more(s[0][0], s[1][0]), s[2][0]),
+            middle(s[0][1], s[1][1], s[2][1]),
+            less(less(s[0][2], s[1][2]), s[2][2]),
+        );
+        // Comparisons lose a NaN, a sum keeps it.
+        let sum = a[k - 1] + a[k] + a[k + 1] + b[k - 1] + b[k] + b[k + 1] + c[k - 1] + c[k] + c[k + 1];
+        out[k] = if sum.is_nan() { f32::NAN } else { (b[k] - median).abs() };
+    }
 }
 
 /// `M` of [`despike`].
@@ -212,6 +237,24 @@ mod tests {
         flat.heights[[4, 4]] = 1e-9;
         assert_eq!(despike(&mut flat, Despike::default()).unwrap().points, 1);
         assert!(flat.heights[[4, 4]].is_nan());
+    }
+
+    #[test]
+    fn the_fast_median_of_nine_is_the_sorted_one() {
+        let value = |k: u64| (CounterRng::new(1, 0, k).uniform() * 20.0).floor() as f32;
+        for n in [1, 2, 3, 40] {
+            let mut rows: [Vec<f32>; 3] = std::array::from_fn(|r| (0..n).map(|k| value(1000 * r as u64 + k)).collect());
+            if n == 40 {
+                rows[2][20] = f32::NAN;
+            }
+            let mut found = vec![f32::NAN; n as usize];
+            deviations_of_three([&rows[0], &rows[1], &rows[2]], &mut found);
+            for k in 1..(n as usize).max(1) - 1 {
+                let mut window: Vec<f32> = rows.iter().flat_map(|r| r[k - 1..=k + 1].to_vec()).collect();
+                let expected = (rows[1][k] - median(&mut window)).abs();
+                assert!(found[k] == expected || ((19..=21).contains(&k) && n == 40 && found[k].is_nan()));
+            }
+        }
     }
 
     #[test]

@@ -199,7 +199,7 @@ fn solve(grid: &Grid, heights: &[f32], hole: &[usize], weights: [f64; 2]) -> (Ve
         .collect();
     let span = high - low;
     let mut values = vec![0.5 * (low + high); hole.len()];
-    if !(span > 0.0) {
+    if span <= 0.0 {
         return (values, true);
     }
     let omega = relaxation(grid, hole, open, weights);

@@ -158,8 +158,8 @@ fn subtract(heights: ArrayView2<'_, f64>, plane: &Plane) -> Array2<f32> {
 
 #[inline(always)]
 fn residual(h: f64, plane: &Plane, rise_y: f64, x: f64) -> f32 {
-    let d = h - plane.reference - plane.centre - plane.steps[0] * x - rise_y;
-    if d.is_finite() { d as f32 } else { f32::NAN }
+    let d = (h - plane.reference - plane.centre - plane.steps[0] * x - rise_y) as f32;
+    if d.is_finite() { d } else { f32::NAN }
 }
 
 /// Index of the middle of `n` samples.

@@ -144,8 +144,8 @@ mod tests {
         let pure = slope_noise(&noisy(sigma, 0.0), sigma, None).unwrap();
         // 240000 samples: the variance is known to 0.3 %.
         assert!((pure.share - 1.0).abs() < 0.012, "{pure:?}");
-        for k in 0..2 {
-            assert!((pure.slope_variance[k] / (2.0 * sigma * sigma / PITCH[k].powi(2)) - 1.0).abs() < 0.015);
+        for (variance, d) in pure.slope_variance.iter().zip(PITCH) {
+            assert!((variance / (2.0 * sigma * sigma / (d * d)) - 1.0).abs() < 0.015);
         }
         // Forward differences of a sin(k x) have the variance 2 (a / d)^2 sin^2(k d / 2).
         let wave = 40e-9;

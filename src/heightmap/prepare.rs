@@ -126,7 +126,7 @@ pub struct Prepared {
 pub fn prepare(raw: RawMap, preparation: &Preparation) -> Result<Prepared> {
     let p = preparation;
     if let (Some(s), Some(l)) = (p.s_filter, p.l_filter)
-        && !(s < l)
+        && s >= l
     {
         return Err(Error::parameter(
             format!("the S-filter of {} um is not shorter than the L-filter of {} um", s * 1e6, l * 1e6),

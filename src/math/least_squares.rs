@@ -62,7 +62,7 @@ impl NormalEquations {
                 let dot: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
                 let rest = self.matrix[i * n + j] / (scale[i] * scale[j]) - dot;
                 if i == j {
-                    if !(rest > INDEPENDENT) {
+                    if rest.is_nan() || rest <= INDEPENDENT {
                         return None;
                     }
                     l[i * n + i] = rest.sqrt();
