@@ -10,9 +10,9 @@ use plotters::style::RGBColor;
 pub struct GlossPoint {
     /// Name of the map, written above the plot if there is room for all of them.
     pub name: String,
-    /// Root-mean-square height Sq [m].
+    /// Root-mean-square height Sq \[m\].
     pub sq: f64,
-    /// Gloss at 20, 60 and 85 deg [gloss units].
+    /// Gloss at 20, 60 and 85 deg \[gloss units\].
     pub gloss: [Estimate; 3],
     /// Whether rays may be believed at 20, 60 and 85 deg (`meter::check_rays`).
     pub ray_valid: [bool; 3],
@@ -56,7 +56,7 @@ const INSET: f64 = 14.0;
 const NAME_LETTERS: usize = 24;
 const NAME_PITCH: f64 = 13.0;
 
-/// Chart of gloss [gloss units] against Sq [nm] as SVG text: one line per geometry, bars of one standard error,
+/// Chart of gloss \[gloss units\] against Sq \[nm\] as SVG text: one line per geometry, bars of one standard error,
 /// hollow markers where rays are not valid.
 ///
 /// The axis of Sq is logarithmic if every Sq is positive and they span more than a decade. Points whose Sq or gloss

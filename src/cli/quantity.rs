@@ -24,12 +24,12 @@ pub fn length(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("`{number}` is not a number"))
 }
 
-/// `um` to 1e-6 [m].
+/// `um` to 1e-6 \[m\].
 pub fn length_unit(text: &str) -> Result<f64, String> {
     LENGTHS.iter().find(|l| l.0 == text.trim()).map(|l| l.1).ok_or_else(|| "write m, mm, um, nm or pm".to_owned())
 }
 
-/// `0.5um` or `0.5um,0.7um` to the sampling distance along x and y [m].
+/// `0.5um` or `0.5um,0.7um` to the sampling distance along x and y \[m\].
 pub fn pitch(text: &str) -> Result<[f64; 2], String> {
     let parts: Vec<f64> = text.split(',').map(length).collect::<Result<_, _>>()?;
     let pair = match parts[..] {
@@ -40,7 +40,7 @@ pub fn pitch(text: &str) -> Result<[f64; 2], String> {
     if pair.iter().all(|p| *p > 0.0) { Ok(pair) } else { Err("a pitch must be above zero".to_owned()) }
 }
 
-/// `0um,2.5um` to the lowest and the highest height [m].
+/// `0um,2.5um` to the lowest and the highest height \[m\].
 pub fn height_range(text: &str) -> Result<[f64; 2], String> {
     let parts: Vec<f64> = text.split(',').map(length).collect::<Result<_, _>>()?;
     match parts[..] {

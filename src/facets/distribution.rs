@@ -25,7 +25,7 @@ pub struct SlopeStatistics {
     pub sdq: f64,
     /// Standard deviations along the principal axes about the mean, larger first.
     pub axes: [f64; 2],
-    /// Direction of the larger axis from +x [rad].
+    /// Direction of the larger axis from +x \[rad\].
     pub axis_angle: f64,
     /// Largest gradient of any facet.
     pub steepest: f64,

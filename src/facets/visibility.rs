@@ -4,7 +4,7 @@ use super::slopes;
 use crate::heightmap::{Edges, HeightMap};
 use glam::DVec3;
 
-/// A ray over the map: position in samples (column, row, both continuous) and height [m], direction in metres
+/// A ray over the map: position in samples (column, row, both continuous) and height \[m\], direction in metres
 /// in the surface frame (z up, y against the row). The direction need not be unit.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
@@ -20,7 +20,7 @@ pub struct Hit {
     /// Cell and triangle; see [`slopes::Facet`].
     pub cell: [usize; 2],
     pub upper: bool,
-    /// Point of impact: column and row in samples, height [m].
+    /// Point of impact: column and row in samples, height \[m\].
     pub column: f64,
     pub row: f64,
     pub z: f64,
@@ -36,7 +36,7 @@ pub enum Fate {
     Hit(Hit),
     /// Left upwards or over an open border, with the flips of the mirrored tiles crossed.
     Escaped([f64; 2]),
-    /// Went down through a gap, or wandered over more than [`MAX_TILES`] tiles of a repeated map.
+    /// Went down through a gap, or wandered over more than 256 tiles of a repeated map.
     Lost,
 }
 
@@ -88,7 +88,7 @@ impl<'a> HeightField<'a> {
         HeightField { map, cells: [nx, ny], levels, lowest, highest }
     }
 
-    /// Lowest and highest measured height [m].
+    /// Lowest and highest measured height \[m\].
     pub fn height_range(&self) -> [f64; 2] {
         [self.lowest, self.highest]
     }
@@ -103,7 +103,7 @@ impl<'a> HeightField<'a> {
         self.map
     }
 
-    /// Height of the surface at a point inside the grid [m]; `None` over a gap.
+    /// Height of the surface at a point inside the grid \[m\]; `None` over a gap.
     pub fn height_at(&self, column: f64, row: f64) -> Option<f64> {
         let c = (column.max(0.0) as usize).min(self.cells[0] - 1);
         let r = (row.max(0.0) as usize).min(self.cells[1] - 1);

@@ -31,11 +31,11 @@ use ndarray::Array2;
 /// Shape `(rows, columns)`; row 0 is the top row: column grows with +x, row grows with -y.
 #[derive(Debug, Clone)]
 pub struct RawMap {
-    /// Heights [m], NaN where missing.
+    /// Heights \[m\], NaN where missing.
     pub heights: Array2<f64>,
-    /// Sampling distance along x [m].
+    /// Sampling distance along x \[m\].
     pub pitch_x: f64,
-    /// Sampling distance along y [m].
+    /// Sampling distance along y \[m\].
     pub pitch_y: f64,
     /// Name of the format it came from, for people.
     pub format: &'static str,
@@ -48,11 +48,11 @@ pub struct RawMap {
 /// Shape and orientation as in [`RawMap`]. A sample is a vertex of the facet mesh.
 #[derive(Debug, Clone)]
 pub struct HeightMap {
-    /// Levelled heights [m], NaN where missing.
+    /// Levelled heights \[m\], NaN where missing.
     pub heights: Array2<f32>,
-    /// Sampling distance along x [m].
+    /// Sampling distance along x \[m\].
     pub pitch_x: f64,
-    /// Sampling distance along y [m].
+    /// Sampling distance along y \[m\].
     pub pitch_y: f64,
     /// What lies beyond the border.
     pub edges: Edges,

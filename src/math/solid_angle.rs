@@ -2,12 +2,12 @@
 
 use super::frame::DVec3;
 
-/// `4 asin(sin(a/2) sin(b/2))`: solid angle [sr] of a gnomonic rectangle with full plane angles `a`, `b` [rad].
+/// `4 asin(sin(a/2) sin(b/2))`: solid angle \[sr\] of a gnomonic rectangle with full plane angles `a`, `b` \[rad\].
 pub fn rectangle(a: f64, b: f64) -> f64 {
     4.0 * ((a / 2.0).sin() * (b / 2.0).sin()).asin()
 }
 
-/// `(sin^2 t2 - sin^2 t1) (p2 - p1) / 2`: projected solid angle [sr] of a theta-phi bin, angles in radians.
+/// `(sin^2 t2 - sin^2 t1) (p2 - p1) / 2`: projected solid angle \[sr\] of a theta-phi bin, angles in radians.
 pub fn projected_bin(theta_1: f64, theta_2: f64, phi_1: f64, phi_2: f64) -> f64 {
     (theta_2.sin().powi(2) - theta_1.sin().powi(2)) * (phi_2 - phi_1) / 2.0
 }
@@ -77,7 +77,7 @@ impl RectangularAperture {
         1.0 / (4.0 * self.half[0] * self.half[1] * cos * cos * cos)
     }
 
-    /// Solid angle of the aperture [sr].
+    /// Solid angle of the aperture \[sr\].
     pub fn solid_angle(&self) -> f64 {
         rectangle(2.0 * self.half[0].atan(), 2.0 * self.half[1].atan())
     }

@@ -42,7 +42,7 @@ pub struct Path {
 }
 
 impl Path {
-    /// Source at azimuth `phi` [rad] of the specimen, receptor opposite.
+    /// Source at azimuth `phi` \[rad\] of the specimen, receptor opposite.
     pub fn new(geometry: &Geometry, phi: f64) -> Self {
         let stop = |theta: f64, phi: f64, [a, b]: [f64; 2]| RectangularAperture::new(theta, phi, a, b);
         let source = stop(geometry.theta_i, phi, geometry.source);

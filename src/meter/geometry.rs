@@ -20,13 +20,13 @@ use crate::optics::material::STANDARD_GLASS_INDEX;
 /// A glossmeter: one direction of incidence, a source stop, a receptor stop and the standard that defines 100.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Geometry {
-    /// Angle of incidence [rad]; the receptor axis lies at the same angle on the other side.
+    /// Angle of incidence \[rad\]; the receptor axis lies at the same angle on the other side.
     pub theta_i: f64,
     /// Full angles of the source stop [rad]: in the plane of measurement, across it.
     pub source: [f64; 2],
     /// Full angles of the receptor stop [rad]: in the plane of measurement, across it.
     pub receptor: [f64; 2],
-    /// Angle of the receptor axis beyond the specular direction, positive away from the normal [rad]; 0 for gloss.
+    /// Angle of the receptor axis beyond the specular direction, positive away from the normal \[rad\]; 0 for gloss.
     pub offset: f64,
     /// Refractive index of the flat black glass that reads 100.
     pub standard_index: f64,

@@ -19,9 +19,9 @@ const TRAINING: u32 = 8;
 /// How hard to try.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Source azimuths [rad] to average over; one for an isotropic surface.
+    /// Source azimuths \[rad\] to average over; one for an isotropic surface.
     pub azimuths: Vec<f64>,
-    /// Stop when the standard error is below this [gloss units].
+    /// Stop when the standard error is below this \[gloss units\].
     pub tolerance: f64,
     /// Points of the first round, per replicate and azimuth; doubled until the tolerance is met.
     pub points: u32,
@@ -47,7 +47,7 @@ impl Options {
         Options { tolerance: 0.2, points: 32, max_points: 512, ..Self::default() }
     }
 
-    /// Source azimuths to average over [rad].
+    /// Source azimuths to average over \[rad\].
     pub fn with_azimuths(self, azimuths: impl Into<Vec<f64>>) -> Self {
         Options { azimuths: azimuths.into(), ..self }
     }

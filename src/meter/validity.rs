@@ -21,11 +21,11 @@ pub enum Warning {
     TooSmoothForRays {
         /// Rayleigh parameter.
         g: f64,
-        /// Angle of incidence [rad].
+        /// Angle of incidence \[rad\].
         theta_i: f64,
-        /// Root-mean-square height [m].
+        /// Root-mean-square height \[m\].
         sq: f64,
-        /// Wavelength [m].
+        /// Wavelength \[m\].
         wavelength: f64,
     },
 }
@@ -51,7 +51,7 @@ impl std::fmt::Display for Warning {
     }
 }
 
-/// A warning if rays should not be believed for a surface of rms height `sq` [m] at `geometry` and `wavelength` [m].
+/// A warning if rays should not be believed for a surface of rms height `sq` \[m\] at `geometry` and `wavelength` \[m\].
 ///
 /// None for an exactly flat surface, whose mirror beam rays do describe.
 pub fn check_rays(sq: f64, geometry: &Geometry, wavelength: f64) -> Option<Warning> {

@@ -84,7 +84,7 @@ impl AlbedoTable {
         AlbedoTable { values: (0..NODES).map(value).collect() }
     }
 
-    /// Value at `theta_i` [rad], by Lagrange's polynomial through the six nearest nodes in the table's own coordinate.
+    /// Value at `theta_i` \[rad\], by Lagrange's polynomial through the six nearest nodes in the table's own coordinate.
     pub fn at(&self, theta_i: f64) -> f64 {
         let theta_i = theta_i.abs().min(LAST);
         let s = coordinate(theta_i);

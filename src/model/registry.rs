@@ -187,7 +187,7 @@ fn find(text: &str) -> Option<&'static Entry> {
     MODELS.iter().find(|entry| entry.name.eq_ignore_ascii_case(name))
 }
 
-/// Builds the model written as `name:key=value,...`; `wavelength` [m] selects the index of a named material.
+/// Builds the model written as `name:key=value,...`; `wavelength` \[m\] selects the index of a named material.
 ///
 /// # Errors
 /// `Error::Parameter` naming the model, the parameter, its range, and an example that works.

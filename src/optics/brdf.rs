@@ -31,7 +31,7 @@ pub trait Brdf: Send + Sync {
     /// Density per steradian with which [`Brdf::sample`] draws `wo`, specular core excluded.
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64;
 
-    /// Directional-hemispherical reflectance at `theta_i` [rad], specular core included.
+    /// Directional-hemispherical reflectance at `theta_i` \[rad\], specular core included.
     fn albedo(&self, theta_i: f64) -> f64;
 
     /// Reflectance of the specular core (mirror part) for `wi`; 0 if there is none.

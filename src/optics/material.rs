@@ -35,7 +35,7 @@ impl Material {
     }
 
     /// Reads `mirror`, `n=1.5`, `n=1.0+6.6k`, or a name: `black-glass`, `epoxy` and the metals
-    /// `al al-mcpeak cu au ag fe cr ni`, the latter two kinds at `wavelength` [m].
+    /// `al al-mcpeak cu au ag fe cr ni`, the latter two kinds at `wavelength` \[m\].
     ///
     /// # Errors
     /// `Error::Parameter` saying which part cannot be read, or that the wavelength lies outside 380-780 nm for a metal.
@@ -87,7 +87,7 @@ impl std::fmt::Display for Material {
     }
 }
 
-/// Linear interpolation of the metal table at `wavelength` [m]; `None` if the metal is not in it.
+/// Linear interpolation of the metal table at `wavelength` \[m\]; `None` if the metal is not in it.
 fn metal_index(name: &str, wavelength: f64) -> Result<Option<(f64, f64)>> {
     let column = match name {
         "al" => 1,

@@ -1,4 +1,4 @@
-//! Floor 1: Fresnel reflectance, refractive indices and the [`Brdf`](brdf::Brdf) doorway.
+//! Floor 1: Fresnel reflectance, refractive indices and the [`Brdf`] doorway.
 
 pub mod brdf;
 pub mod fresnel;

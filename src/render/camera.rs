@@ -16,7 +16,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A pinhole at `eye` looking at `target`; `field` is the full vertical field of view [rad].
+    /// A pinhole at `eye` looking at `target`; `field` is the full vertical field of view \[rad\].
     ///
     /// # Errors
     /// `Error::Parameter` if the view is not defined (eye at target, `up` along the view, field outside `(0, pi)`).

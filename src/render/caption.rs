@@ -26,18 +26,18 @@ impl Lettering {
         }
     }
 
-    /// Width of every letter [pixels].
+    /// Width of every letter \[pixels\].
     pub fn letter_width(self) -> usize {
         let (weight, size) = self.font();
         get_raster_width(weight, size)
     }
 
-    /// Height of a line [pixels].
+    /// Height of a line \[pixels\].
     pub fn line_height(self) -> usize {
         self.font().1.val() + 4
     }
 
-    /// Width of a text [pixels].
+    /// Width of a text \[pixels\].
     pub fn text_width(self, text: &str) -> usize {
         text.chars().count() * self.letter_width()
     }

@@ -7,7 +7,7 @@ use crate::math::frame::{DVec3, tangents};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Toward {
     pub direction: DVec3,
-    /// Distance to the point that was drawn [m].
+    /// Distance to the point that was drawn \[m\].
     pub distance: f64,
     /// Density of `direction` per steradian.
     pub pdf: f64,

@@ -11,7 +11,7 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// The point at the distance `t` [m].
+    /// The point at the distance `t` \[m\].
     #[inline]
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + t * self.direction
@@ -37,7 +37,7 @@ pub struct Quad {
 }
 
 impl Quad {
-    /// A parallelogram from a corner and two edges [m].
+    /// A parallelogram from a corner and two edges \[m\].
     ///
     /// # Errors
     /// `Error::Parameter` if a number is not finite or the edges are parallel.
@@ -68,7 +68,7 @@ impl Quad {
         })
     }
 
-    /// `t = (corner - origin) . n / (direction . n)` [m] if the ray meets the quad before `t_max`.
+    /// `t = (corner - origin) . n / (direction . n)` \[m\] if the ray meets the quad before `t_max`.
     #[inline]
     pub fn intersect(&self, ray: &Ray, t_max: f64) -> Option<f64> {
         let t = (self.offset - self.normal.dot(ray.origin)) / self.normal.dot(ray.direction);
@@ -105,7 +105,7 @@ pub struct Sphere {
 }
 
 impl Sphere {
-    /// A sphere from centre and radius [m].
+    /// A sphere from centre and radius \[m\].
     ///
     /// # Errors
     /// `Error::Parameter` if a number is not finite or the radius is not positive.

@@ -20,7 +20,7 @@ use crate::error::Result;
 use crate::math::frame::DVec3;
 use crate::optics::brdf::Brdf;
 
-/// Angle between the line of sight to the middle of the tile and the normal [deg].
+/// Angle between the line of sight to the middle of the tile and the normal \[deg\].
 pub(super) const VIEW_ANGLE_DEG: f64 = 55.0;
 
 const MM: f64 = 1e-3;

@@ -21,7 +21,7 @@ pub struct Tile<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TilesOptions {
     pub heading: String,
-    /// Width of a tile's panel [pixels], 64 to 2048; it is a little higher than wide.
+    /// Width of a tile's panel \[pixels\], 64 to 2048; it is a little higher than wide.
     pub panel_width: usize,
     pub tiles_per_row: usize,
     /// Paths per pixel.
@@ -63,7 +63,7 @@ impl TilesPicture {
         &self.picture
     }
 
-    /// Display value = sRGB(exposure x radiance) [m2 sr/W].
+    /// Display value = sRGB(exposure x radiance) \[m2 sr/W\].
     pub fn exposure(&self) -> f64 {
         self.exposure
     }

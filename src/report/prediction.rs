@@ -8,7 +8,7 @@ use crate::sample::TableBrdf;
 use crate::scatter::{self, Decision};
 use crate::table::{Provenance, Table};
 
-/// Source azimuths over which the gloss of an anisotropic surface is averaged [rad].
+/// Source azimuths over which the gloss of an anisotropic surface is averaged \[rad\].
 pub const GLOSS_AZIMUTHS: [f64; 4] =
     [0.0, std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_2, 3.0 * std::f64::consts::FRAC_PI_4];
 
@@ -16,7 +16,7 @@ pub const GLOSS_AZIMUTHS: [f64; 4] =
 #[derive(Debug, Clone)]
 pub struct Settings {
     pub scatter: scatter::Options,
-    /// Wavelength at which rays are judged [m].
+    /// Wavelength at which rays are judged \[m\].
     pub wavelength: f64,
     pub meter: meter::Options,
     /// The glossmeter at 20, 60, 85 deg.
@@ -37,14 +37,14 @@ impl Default for Settings {
 /// Everything one map predicts.
 pub struct Prediction {
     pub name: String,
-    /// Sq [m], Sdq and missing share of the map.
+    /// Sq \[m\], Sdq and missing share of the map.
     pub sq: f64,
     pub sdq: f64,
     pub missing_fraction: f64,
     pub isotropic: bool,
     pub decisions: Vec<Decision>,
     pub brdf: TableBrdf,
-    /// Gloss at 20, 60, 85 deg [GU].
+    /// Gloss at 20, 60, 85 deg \[GU\].
     pub gloss: [Estimate; 3],
     /// Rayleigh parameter at 20, 60, 85 deg.
     pub rayleigh: [f64; 3],

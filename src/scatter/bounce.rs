@@ -8,7 +8,7 @@ use glam::DVec3;
 /// A beam about to be reflected by a facet.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrival {
-    /// Point on the facet: column, row in samples, height [m].
+    /// Point on the facet: column, row in samples, height \[m\].
     pub point: [f64; 3],
     /// Cell and triangle of the facet.
     pub facet: ([usize; 2], bool),

@@ -30,7 +30,7 @@ pub struct HalfVectorCells {
     pub centre: [f64; 2],
     /// Length of one unit of rho along the two axes, in slope.
     pub scale: [f64; 2],
-    /// Direction of the first axis from +x [rad].
+    /// Direction of the first axis from +x \[rad\].
     pub angle: f64,
     /// Ring edges in rho, rising from 0.
     pub edges: Vec<f64>,
@@ -69,7 +69,7 @@ impl HalfVectorCells {
         Self::new(centre, core, angle)
     }
 
-    /// Cells about `centre` for a lobe of standard deviations `scale` along axes turned by `angle` [rad].
+    /// Cells about `centre` for a lobe of standard deviations `scale` along axes turned by `angle` \[rad\].
     pub fn new(centre: [f64; 2], scale: [f64; 2], angle: f64) -> Self {
         // A central disc of the area of a square cell, then rings.
         let mut edges = vec![0.0, CORE_CELL / std::f64::consts::PI.sqrt()];

@@ -49,9 +49,9 @@ pub struct Options {
     pub method: Method,
     pub symmetry: Symmetry,
     pub material: Material,
-    /// Incident polar angles [rad], rising, each in `[0, 90 deg)`.
+    /// Incident polar angles \[rad\], rising, each in `[0, 90 deg)`.
     pub theta_i: Vec<f64>,
-    /// Source azimuths [rad] of an anisotropic table; one node serves while nothing is hidden.
+    /// Source azimuths \[rad\] of an anisotropic table; one node serves while nothing is hidden.
     pub phi_i: Vec<f64>,
     /// Share of the energy that may go unaccounted for.
     pub tolerance: f64,

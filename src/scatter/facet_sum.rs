@@ -22,7 +22,7 @@ const ROWS: usize = 16;
 /// The azimuth of the source: one, or all of them averaged by giving every facet its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Azimuth {
-    /// `phi_i` [rad].
+    /// `phi_i` \[rad\].
     Fixed(f64),
     /// Isotropic average; cells then lie in the frame of the source (`phi_i = 0`).
     Averaged,

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 /// Steps between two neighbouring nodes.
 const STEPS: usize = 4;
-/// Angles behind the last node [deg], as far as they lie behind it.
+/// Angles behind the last node \[deg\], as far as they lie behind it.
 const BEYOND: [f64; 6] = [86.0, 88.0, 89.0, 89.5, 89.8, 89.95];
 /// Azimuths of an anisotropic table.
 const AZIMUTHS: usize = 24;

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 pub struct Provenance {
     /// File name of the height map, without its folder.
     pub source: String,
-    /// Root-mean-square height after levelling [m].
+    /// Root-mean-square height after levelling \[m\].
     #[serde(rename = "Sq_m")]
     pub sq: f64,
     /// Root-mean-square gradient.
@@ -26,7 +26,7 @@ pub struct Provenance {
     pub sdq: f64,
     /// Share of missing points.
     pub missing_fraction: f64,
-    /// Wavelength at which the material was looked up and the rays are judged [m].
+    /// Wavelength at which the material was looked up and the rays are judged \[m\].
     #[serde(rename = "wavelength_m")]
     pub wavelength: f64,
     pub method: Method,
@@ -48,11 +48,11 @@ pub struct Table {
     pub(crate) cells: HalfVectorCells,
     pub(crate) isotropic: bool,
     pub(crate) material: Material,
-    /// Incident polar angles [rad], rising.
+    /// Incident polar angles \[rad\], rising.
     pub(crate) theta_i: Vec<f64>,
     /// Their tangents.
     pub(crate) tangents: Vec<f64>,
-    /// Source azimuths [rad], rising; one if isotropic or if nothing is hidden.
+    /// Source azimuths \[rad\], rising; one if isotropic or if nothing is hidden.
     pub(crate) phi_i: Vec<f64>,
     /// `T` at the cell centres, `[theta][phi][cell]`.
     pub(crate) density: Vec<f64>,
@@ -85,12 +85,12 @@ pub struct Node {
 }
 
 impl Table {
-    /// Incident polar angles of the nodes [rad].
+    /// Incident polar angles of the nodes \[rad\].
     pub fn theta_i(&self) -> &[f64] {
         &self.theta_i
     }
 
-    /// Source azimuths of the nodes [rad].
+    /// Source azimuths of the nodes \[rad\].
     pub fn phi_i(&self) -> &[f64] {
         &self.phi_i
     }

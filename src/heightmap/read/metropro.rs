@@ -1,6 +1,6 @@
 //! MetroPro `.dat` of Zygo interferometers, formats 1 to 3; big-endian.
 //!
-//! `height = raw * S * O * W / R` [m]: S the interferometric scale factor, O the obliquity, W the wavelength [m], R the
+//! `height = raw * S * O * W / R` [m]: S the interferometric scale factor, O the obliquity, W the wavelength \[m\], R the
 //! phase steps per fringe (4096, 32768 or 131072). A 16-bit intensity image precedes the 32-bit heights.
 //! Source: header table of the MetroPro reference guide, as read alike by Gwyddion, prysm and SurfaceTopography.
 

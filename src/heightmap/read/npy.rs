@@ -20,7 +20,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
     Ok(RawMap { heights, pitch_x, pitch_y, format: NAME, notes: vec![] })
 }
 
-/// The matrix times `unit` [m]; NaN and infinities are missing points.
+/// The matrix times `unit` \[m\]; NaN and infinities are missing points.
 fn heights(array: &Array, unit: f64) -> Result<Array2<f64>, Fault> {
     let &[rows, columns] = array.shape.as_slice() else {
         return Err(Fault::Unsupported {

@@ -1,6 +1,6 @@
 //! 16-bit grey `.png`: `height = low + raw / 65535 * (high - low)`; points with an alpha of 0 are missing.
 //!
-//! Our own writer leaves range and pitch [m] in text chunks. For other pictures the user gives them; 8 bits are refused,
+//! Our own writer leaves range and pitch \[m\] in text chunks. For other pictures the user gives them; 8 bits are refused,
 //! because 256 steps are terraces whose edges scatter.
 
 use super::ReadOptions;

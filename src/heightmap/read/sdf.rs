@@ -1,6 +1,6 @@
 //! Surface data file `.sdf` of ISO 25178-71 (editions 1.0 and 2.0, and BCR before it), ASCII and binary.
 //!
-//! `height = raw * Zscale` [m]; pitches are Xscale and Yscale [m]. A record is one profile along x. Missing points are
+//! `height = raw * Zscale` \[m\]; pitches are Xscale and Yscale \[m\]. A record is one profile along x. Missing points are
 //! the word BAD, or the lowest value of a signed or float type and the highest of an unsigned one.
 
 use super::ReadOptions;

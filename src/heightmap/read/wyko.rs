@@ -1,6 +1,6 @@
 //! Wyko `.opd` of Veeco and Bruker Vision; little-endian blocks named in a directory.
 //!
-//! `height = raw * Wavelength / Mult` [nm]; pitch along x `Pixel_size` [mm], along y `Pixel_size * Aspect`. Arrays are
+//! `height = raw * Wavelength / Mult` \[nm\]; pitch along x `Pixel_size` [mm], along y `Pixel_size * Aspect`. Arrays are
 //! stored column by column, each from the bottom up. Source: the block layout as Gwyddion and SurfaceTopography read it.
 
 use super::ReadOptions;

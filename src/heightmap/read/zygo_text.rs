@@ -2,7 +2,7 @@
 //! that become heights as in the binary `.dat`).
 //!
 //! Both begin with the same 14 lines: line 4 holds origin and size of the height map, line 8 among others S, wavelength
-//! [m], obliquity and lateral resolution [m], line 11 first the phase resolution. Lines of one `#` part the sections.
+//! \[m\], obliquity and lateral resolution \[m\], line 11 first the phase resolution. Lines of one `#` part the sections.
 //! Source: appendix "Data File Format" of the MetroPro reference guide OMP-0347.
 
 use super::ReadOptions;

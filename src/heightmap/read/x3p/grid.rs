@@ -15,7 +15,7 @@ pub enum Along {
 /// A stored coordinate may stray from the regular grid by this share of the pitch (int16 coordinates are coarse).
 const TOLERANCE: f64 = 0.01;
 
-/// Sampling distance [m] of the layer `points`, rows of `columns` points; `None` if the file states none.
+/// Sampling distance \[m\] of the layer `points`, rows of `columns` points; `None` if the file states none.
 pub fn pitch(
     axis: &Axis,
     stored: &[f64],

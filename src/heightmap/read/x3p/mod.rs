@@ -1,6 +1,6 @@
 //! X3P of ISO 25178-72 (first published as ISO 5436-2 by openGPS): a ZIP of `main.xml` and binary samples.
 //!
-//! `height = raw * Increment + Offset` [m] with the values of axis CZ; the pitch is the Increment of CX and CY [m].
+//! `height = raw * Increment + Offset` \[m\] with the values of axis CZ; the pitch is the Increment of CX and CY \[m\].
 //! Checksums are not compared: instruments and editors leave stale ones behind, and ZIP guards every member itself.
 //!
 //! What the file holds is read leniently (folder before `main.xml`, root without namespace, empty elements, +Inf as
