@@ -16,7 +16,7 @@ fn raw(gap: usize) -> RawMap {
         // A linear congruence is rough enough and costs nothing.
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let rough = (state >> 40) as f64 * 1e-14;
-        if gap > 0 && (r * SIDE + c) % gap == 0 { f64::NAN } else { 0.076 + 1e-9 * (3 * c + r) as f64 + rough }
+        if gap > 0 && (r * SIDE + c).is_multiple_of(gap) { f64::NAN } else { 0.076 + 1e-9 * (3 * c + r) as f64 + rough }
     });
     RawMap { heights, pitch_x: 0.5e-6, pitch_y: 0.5e-6, format: "bench", notes: vec![] }
 }
@@ -45,7 +45,7 @@ fn levelling(c: &mut Criterion) {
     c.bench_function("level, f64 heights", |b| b.iter(|| level::level(black_box(&whole), Edges::Open)));
     let copy = |map: &HeightMap| map.clone();
     c.bench_function("level again, f32 heights", |b| {
-        b.iter_batched_ref(|| copy(&map), |m| level::level_again(m), BatchSize::PerIteration);
+        b.iter_batched_ref(|| copy(&map), level::level_again, BatchSize::PerIteration);
     });
     drop(whole);
     let gappy = raw(97);
