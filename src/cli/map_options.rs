@@ -35,48 +35,50 @@ pub struct MapOptions {
     preparing: Preparing,
 }
 
-/// The order in which these act is fixed: see [`prepare`].
+/// Above these flags in the help; the order is theirs.
+const HEADING: &str = "Preparing the map, in this order";
+
+/// The order in which these act is fixed: see [`prepare()`].
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Preparing the map, in this order")]
 struct Preparing {
     /// Exchange left and right
-    #[arg(long)]
+    #[arg(long, help_heading = HEADING)]
     mirror_x: bool,
     /// Exchange top and bottom
-    #[arg(long)]
+    #[arg(long, help_heading = HEADING)]
     mirror_y: bool,
     /// Turn counter-clockwise by so many degrees, after mirroring
-    #[arg(long, value_enum, value_name = "DEG")]
+    #[arg(long, help_heading = HEADING, value_enum, value_name = "DEG")]
     rotate: Option<RotateFlag>,
     /// Make hills of valleys
-    #[arg(long)]
+    #[arg(long, help_heading = HEADING)]
     invert: bool,
     /// Keep a part: X0,Y0,X1,Y1 from the top left, as fractions or as lengths such as 0,0,50um,50um
-    #[arg(long, value_parser = quantity::region, value_name = "REGION", allow_hyphen_values = true)]
+    #[arg(long, help_heading = HEADING, value_parser = quantity::region, value_name = "REGION", allow_hyphen_values = true)]
     region: Option<Region>,
     /// Mark spikes beyond so many median absolute deviations as missing, 6 is usual; K,N for a window of N x N points
-    #[arg(long, value_parser = quantity::despike, value_name = "K[,N]")]
+    #[arg(long, help_heading = HEADING, value_parser = quantity::despike, value_name = "K[,N]")]
     despike: Option<Despike>,
     /// Form to remove: plane, poly:N of total degree N, sphere, none [default: plane]
-    #[arg(long, value_parser = quantity::form)]
+    #[arg(long, help_heading = HEADING, value_parser = quantity::form)]
     form: Option<Form>,
     /// Keep the tilt: the same as --form none
-    #[arg(long, conflicts_with = "form")]
+    #[arg(long, help_heading = HEADING, conflicts_with = "form")]
     keep_tilt: bool,
     /// Fill missing points smoothly, up to this share of the map [default: 0.05 if no share is given]
-    #[arg(long, value_parser = quantity::share, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.05")]
+    #[arg(long, help_heading = HEADING, value_parser = quantity::share, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.05")]
     fill: Option<f64>,
     /// Leave holes of more points than this open
-    #[arg(long, value_name = "POINTS", requires = "fill")]
+    #[arg(long, help_heading = HEADING, value_name = "POINTS", requires = "fill")]
     fill_hole: Option<usize>,
     /// Remove waves shorter than this (Gaussian filter, ISO 16610-61)
-    #[arg(long, value_parser = quantity::length, value_name = "CUT-OFF")]
+    #[arg(long, help_heading = HEADING, value_parser = quantity::length, value_name = "CUT-OFF")]
     s_filter: Option<f64>,
     /// Remove waves longer than this (Gaussian filter, ISO 16610-61)
-    #[arg(long, value_parser = quantity::length, value_name = "CUT-OFF")]
+    #[arg(long, help_heading = HEADING, value_parser = quantity::length, value_name = "CUT-OFF")]
     l_filter: Option<f64>,
     /// Known height noise of the instrument (standard deviation): reports the slopes without it
-    #[arg(long, value_parser = quantity::length, value_name = "LENGTH")]
+    #[arg(long, help_heading = HEADING, value_parser = quantity::length, value_name = "LENGTH")]
     noise: Option<f64>,
 }
 
