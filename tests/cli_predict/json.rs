@@ -96,7 +96,7 @@ fn brdf_gloss_tiles_synth_and_models_print_one_object() {
     assert!(!asperity(["models", "--json"]).json()["models"].as_array().unwrap().is_empty());
 }
 
-/// A pipe shows no progress bar: stdout holds the table alone, stderr only warnings.
+/// A pipe shows no progress bar: stdout holds the table alone, stderr what was done to the map and the warnings.
 #[test]
 fn a_pipe_sees_no_progress_bar() {
     let dir = tempfile::tempdir().unwrap();
@@ -107,6 +107,6 @@ fn a_pipe_sees_no_progress_bar() {
     for text in [&run.stdout, &run.stderr] {
         assert!(!text.contains('\r') && !text.contains('\u{1b}'), "{text}");
     }
-    assert!(run.stderr.starts_with("warning:"), "{}", run.stderr);
+    assert!(run.stderr.starts_with("a.x3p: removed plane") && run.stderr.contains("\nwarning:"), "{}", run.stderr);
     assert!(run.stdout.contains("a.x3p") && !run.stdout.contains("warning:"), "{}", run.stdout);
 }
