@@ -133,24 +133,36 @@ fn slope_plot(map: &HeightMap, survey: &Survey) -> Plot {
         _ => (1e-6, "slope / (\u{b5}m/m)"),
     };
     let half = half / unit;
-    let bin = 2.0 * half / BINS as f64;
     let mut curves = Vec::new();
-    let mut highest = f64::MIN_POSITIVE;
-    let strokes = [("along x", BLUE), ("along y", ORANGE)];
-    for (k, (label, ink)) in strokes.into_iter().enumerate() {
-        let mut counts = vec![0.0f64; BINS];
+    let (mut highest, mut lowest) = (f64::MIN_POSITIVE, f64::INFINITY);
+    let strokes = [("along x", BLUE, map.pitch_x), ("along y", ORANGE, map.pitch_y)];
+    for (k, (label, ink, pitch)) in strokes.into_iter().enumerate() {
+        let mut bin = 2.0 * half / BINS as f64;
+        // Heights in steps: a bin that is no multiple of a step would show a comb of its own making.
+        if let Some(q) = survey.sampling.quantum {
+            let step = q.step / pitch / unit;
+            bin = step * (bin / step).ceil();
+        }
+        let count = (2.0 * half / bin).ceil() as usize;
+        let first = -0.5 * bin * count as f64;
+        let mut counts = vec![0.0f64; count];
         let mut all = 0.0f64;
         visit_slopes(map, k, |slope| {
             all += 1.0;
-            let at = (slope / unit + half) / bin;
-            if at >= 0.0 && at < BINS as f64 {
+            let at = (slope / unit - first) / bin;
+            if at >= 0.0 && at < count as f64 {
                 counts[at as usize] += 1.0;
             }
         });
-        // An empty bin lies below any axis: heights in steps show as a comb.
-        let density = |count: f64| (count / (all.max(1.0) * bin)).max(1e-30);
-        let middle = |i: usize| -half + (i as f64 + 0.5) * bin;
-        let points: Vec<_> = counts.iter().enumerate().map(|(i, &n)| (middle(i), density(n))).collect();
+        let density = |count: f64| count / (all.max(1.0) * bin);
+        lowest = lowest.min(density(0.5));
+        // A logarithmic scale has no zero: between other bins half a facet stands for none, beyond the last one the curve
+        // leaves the plot.
+        let taken = |n: &f64| *n > 0.0;
+        let ends = counts.iter().position(taken).zip(counts.iter().rposition(taken)).unwrap_or((0, 0));
+        let shown = ends.0.saturating_sub(1)..(ends.1 + 2).min(count);
+        let height = |i: usize| if i < ends.0 || i > ends.1 { 1e-30 } else { density(counts[i].max(0.5)) };
+        let points: Vec<_> = shown.map(|i| (first + (i as f64 + 0.5) * bin, height(i))).collect();
         highest = points.iter().map(|p| p.1).fold(highest, f64::max);
         let inside: f64 = counts.iter().sum();
         let off = 100.0 * (1.0 - inside / all.max(1.0));
@@ -167,7 +179,7 @@ fn slope_plot(map: &HeightMap, survey: &Survey) -> Plot {
     Plot {
         title: "Slope distribution".to_owned(),
         x: exact(-half, half, 6),
-        y: decades(top * 1e-6, top),
+        y: decades(lowest.max(top * 1e-7), top),
         x_label: name.to_owned(),
         y_label: "probability density".to_owned(),
         curves,

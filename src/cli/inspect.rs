@@ -43,20 +43,18 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         .map(|w| w.to_string())
         .collect();
     if let Some(output) = &a.output {
-        let tilt = map.removed_slopes.map(|s| facts::digits(s.atan().to_degrees()));
-        let notes = PageNotes {
-            title: name.clone(),
-            subtitle: format!("removed tilt {} deg along x, {} deg along y", tilt[0], tilt[1]),
-            wavelength: a.wavelength,
-            warnings: Vec::new(),
-        };
+        let warnings = prepared.report.warnings.iter().map(ToString::to_string).collect();
+        let subtitle = prepared.report.to_string();
+        let notes = PageNotes { title: name.clone(), subtitle, wavelength: a.wavelength, warnings };
         inspection_page(&map, &survey, &notes).save_png(output)?;
     }
     if json {
         for warning in survey.warnings.iter().map(ToString::to_string).chain(rays) {
             eprintln!("warning: {name}: {warning}");
         }
-        return print_json(&object(a, &map, &survey));
+        let mut found = object(a, &map, &survey);
+        found["preparation"] = json!(prepared.report);
+        return print_json(&found);
     }
     screen(&name, &map, &survey, a.wavelength);
     if let Some(output) = &a.output {

@@ -45,9 +45,12 @@ pub(super) fn of_axis(axis: MapAxis, scales: &[SlopeScale]) -> Option<Warning> {
     }
     let distance = scale.distance;
     let next = exponents.get(1).copied().unwrap_or(1.0);
-    if finest > INDEPENDENT || finest - next > SAME_EXPONENT {
+    let noisy = || {
         let (share, sigma) = noise(scales);
-        return Some(Warning::Noise { axis, distance, share, sigma });
+        Some(Warning::Noise { axis, distance, share, sigma })
+    };
+    if finest > INDEPENDENT || finest - next > SAME_EXPONENT {
+        return noisy();
     }
     let same = exponents.windows(2).take_while(|b| (b[1] - b[0]).abs() <= SAME_EXPONENT).count();
     // Two equal exponents could be chance where a curve bends; three octaves of one power are a law.
@@ -56,7 +59,8 @@ pub(super) fn of_axis(axis: MapAxis, scales: &[SlopeScale]) -> Option<Warning> {
         let range = [distance, scales[same + 1].distance];
         return Some(Warning::NoRmsSlope { axis, exponent: mean, range });
     }
-    Some(Warning::Unresolved { axis, distance, change })
+    // A slope that settles towards coarser distances was disturbed at the finest; one that does not was cut short.
+    if next < finest { noisy() } else { Some(Warning::Unresolved { axis, distance, change }) }
 }
 
 /// Share of the squared slope at the pitch, and standard deviation \[m\], of white height noise.

@@ -62,6 +62,9 @@ fn steps(differences: impl Iterator<Item = f64>, rounding: f64, pitch: f64) -> O
         (ratio - ratio.round()).abs() < 0.1
     };
     let even = between.iter().filter(regular).count() as f64 >= 0.9 * between.len() as f64;
+    // From end to end, so that what the conversion did to single gaps averages out.
+    let steps: f64 = between.iter().map(|g| (g / step).round()).sum();
+    let step = (core[core.len() - 1] - core[0]) / steps;
     even.then(|| Quantum { step, distinct, glint_spacing: 2.0 * (step / pitch).atan() })
 }
 

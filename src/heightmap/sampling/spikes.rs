@@ -101,27 +101,66 @@ fn off_all_neighbours(map: &HeightMap, r: usize, c: usize) -> f64 {
 /// Height above the median of the neighbours \[m\]; NaN with fewer than five of them, or if the point is missing.
 fn residual(map: &HeightMap, r: usize, c: usize) -> f32 {
     let h = map.heights[[r, c]];
-    let mut around = [0.0f32; 8];
-    let mut n = 0;
-    for (dr, dc) in AROUND {
-        let neighbour = map.heights[[r + dr - 1, c + dc - 1]];
-        if !neighbour.is_nan() {
-            around[n] = neighbour;
-            n += 1;
-        }
+    let around = AROUND.map(|(dr, dc)| map.heights[[r + dr - 1, c + dc - 1]]);
+    if around.iter().all(|n| !n.is_nan()) {
+        return h - median_of_eight(around);
     }
-    if n < 5 {
+    let mut measured: Vec<f32> = around.into_iter().filter(|n| !n.is_nan()).collect();
+    if measured.len() < 5 {
         return f32::NAN;
     }
-    let around = &mut around[..n];
-    around.sort_unstable_by(f32::total_cmp);
-    h - 0.5 * (around[(n - 1) / 2] + around[n / 2])
+    measured.sort_unstable_by(f32::total_cmp);
+    h - 0.5 * (measured[(measured.len() - 1) / 2] + measured[measured.len() / 2])
+}
+
+/// Compare-exchanges that sort eight numbers (Batcher's odd-even merge sort, 1968): no branches, a tenth of the time of a
+/// general sort.
+const NETWORK: [(usize, usize); 19] = [
+    (0, 1),
+    (2, 3),
+    (4, 5),
+    (6, 7),
+    (0, 2),
+    (1, 3),
+    (4, 6),
+    (5, 7),
+    (1, 2),
+    (5, 6),
+    (0, 4),
+    (1, 5),
+    (2, 6),
+    (3, 7),
+    (2, 4),
+    (3, 5),
+    (1, 2),
+    (3, 4),
+    (5, 6),
+];
+
+/// Mean of the two middle ones of eight numbers, none of them NaN.
+fn median_of_eight(mut v: [f32; 8]) -> f32 {
+    for (i, j) in NETWORK {
+        let (low, high) = if v[j] < v[i] { (v[j], v[i]) } else { (v[i], v[j]) };
+        (v[i], v[j]) = (low, high);
+    }
+    0.5 * (v[3] + v[4])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::heightmap::{Edges, level, synth};
+
+    /// A network sorts everything if it sorts every sequence of zeros and ones (Knuth, volume 3, theorem Z).
+    #[test]
+    fn the_network_sorts() {
+        for bits in 0..256u32 {
+            let mut v: [f32; 8] = std::array::from_fn(|k| (bits >> k & 1) as f32);
+            let median = median_of_eight(v);
+            v.sort_unstable_by(f32::total_cmp);
+            assert_eq!(median, 0.5 * (v[3] + v[4]), "{bits:08b}");
+        }
+    }
 
     #[test]
     fn spikes_are_counted_and_steps_are_not() {
