@@ -1,9 +1,10 @@
 //! `asperity convert`: a height map in another format, as it was measured.
 
-use super::{print_json, quantity};
+use super::map_options::Reading;
+use super::print_json;
 use crate::chart::height_preview;
 use crate::error::Error;
-use crate::heightmap::read::{ReadOptions, read};
+use crate::heightmap::read::read;
 use crate::heightmap::write::{npy, png, sdf, x3p};
 use crate::heightmap::{Edges, RawMap, level};
 use clap::{Args, ValueEnum};
@@ -26,18 +27,8 @@ pub struct Arguments {
     /// How heights are stored: .x3p has all three, .npy the floats, .sdf f64 alone
     #[arg(long, value_enum, default_value_t = SamplesFlag::F64)]
     samples: SamplesFlag,
-    /// Sampling distance for files that carry none: 0.5um, or X,Y
-    #[arg(long, value_parser = quantity::pitch, value_name = "LENGTH")]
-    pitch: Option<[f64; 2]>,
-    /// Unit of the heights for files that carry none: m, mm, um, nm
-    #[arg(long, value_parser = quantity::length_unit)]
-    unit: Option<f64>,
-    /// Layer of a file with several, from 0
-    #[arg(long)]
-    layer: Option<usize>,
-    /// Heights of black and white in a picture of integers: LOW,HIGH
-    #[arg(long, value_parser = quantity::height_range, value_name = "LOW,HIGH", allow_hyphen_values = true)]
-    height_range: Option<[f64; 2]>,
+    #[command(flatten)]
+    reading: Reading,
 }
 
 /// How heights are stored.
@@ -50,8 +41,7 @@ pub enum SamplesFlag {
 }
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
-    let options = ReadOptions { pitch: a.pitch, unit: a.unit, layer: a.layer, height_range: a.height_range };
-    let map = read(&a.input, &options)?;
+    let map = read(&a.input, &a.reading.options())?;
     let extension = extension(&a.output);
     let mut range = None;
     if a.preview {

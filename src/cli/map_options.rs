@@ -14,8 +14,9 @@ use crate::heightmap::{Edges, Preparation, Prepared, prepare};
 use clap::{Args, ValueEnum};
 use std::path::Path;
 
+/// What the user knows and the file may not say.
 #[derive(Args, Clone, Debug)]
-pub struct MapOptions {
+pub struct Reading {
     /// Sampling distance for files that carry none: 0.5um, or X,Y
     #[arg(long, value_parser = quantity::pitch, value_name = "LENGTH")]
     pitch: Option<[f64; 2]>,
@@ -28,6 +29,20 @@ pub struct MapOptions {
     /// Heights of black and white in a picture of integers: LOW,HIGH
     #[arg(long, value_parser = quantity::height_range, value_name = "LOW,HIGH", allow_hyphen_values = true)]
     height_range: Option<[f64; 2]>,
+}
+
+impl Reading {
+    /// The readers' options.
+    pub fn options(&self) -> ReadOptions {
+        let Reading { pitch, unit, layer, height_range } = *self;
+        ReadOptions { pitch, unit, layer, height_range }
+    }
+}
+
+#[derive(Args, Clone, Debug)]
+pub struct MapOptions {
+    #[command(flatten)]
+    reading: Reading,
     /// What lies beyond the border; periodic only for maps made so
     #[arg(long, value_enum, default_value_t = EdgesFlag::Open)]
     edges: EdgesFlag,
@@ -102,8 +117,7 @@ enum RotateFlag {
 impl MapOptions {
     /// Reads and prepares one map; its report is for [`print_report`] once no progress bar is in the way.
     pub fn load(&self, path: &Path) -> Result<Prepared> {
-        let MapOptions { pitch, unit, layer, height_range, .. } = *self;
-        let raw = read(path, &ReadOptions { pitch, unit, layer, height_range })?;
+        let raw = read(path, &self.reading.options())?;
         prepare(raw, &self.preparation()).map_err(|e| match e {
             Error::Parameter { what, advice } => Error::content(path, what, advice),
             other => other,

@@ -3,7 +3,6 @@
 use super::convert::{SamplesFlag, write};
 use super::{print_json, quantity};
 use crate::error::Error;
-use crate::facets::SlopeStatistics;
 use crate::heightmap::synth::{self, Brushed, Decay, Defects, Gaussian, Grid, Rough};
 use crate::heightmap::{Edges, RawMap, level, parameters};
 use clap::{Args, ValueEnum};
@@ -118,7 +117,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     write(&a.output, &map, a.samples)?;
     let made = level::keep_tilt(&map, edges);
     // Dropouts may leave no facet; the file is as asked.
-    let sdq = SlopeStatistics::measure(&made).map_or(0.0, |s| s.sdq);
+    let sdq = parameters::Gradient::measure(&made).sdq;
     let sq = parameters::sq(&made);
     if json {
         return print_json(&serde_json::json!({

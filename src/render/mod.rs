@@ -12,7 +12,6 @@ pub mod caption;
 pub mod film;
 pub mod integrator;
 mod light;
-mod matt;
 pub mod paint;
 pub mod picture;
 pub mod scene;

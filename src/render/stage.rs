@@ -12,13 +12,16 @@
 //! so a picture that shows the mirror image well must over-expose what it mirrors.
 
 use super::camera::Camera;
-use super::matt::Matt;
 use super::paint::{Paint, Pattern};
 use super::scene::{Material, Scene};
 use super::shape::{Quad, Sphere};
 use crate::error::Result;
 use crate::math::frame::DVec3;
+use crate::model::Lambert;
 use crate::optics::brdf::Brdf;
+
+/// The matt furniture; its colour is the tint of the material.
+const WHITE: Lambert = Lambert { rho: 1.0 };
 
 /// Angle between the line of sight to the middle of the tile and the normal \[deg\].
 pub(super) const VIEW_ANGLE_DEG: f64 = 55.0;
@@ -62,8 +65,8 @@ pub(super) fn scene(tile: &dyn Brdf) -> Result<Scene<'_>> {
 
 /// The table and the front edge of the tile.
 fn add_table(scene: &mut Scene<'_>) -> Result<()> {
-    let cloth = Material { brdf: &Matt, tint: Paint::plain(DVec3::new(0.13, 0.17, 0.22))? };
-    let side = Material { brdf: &Matt, tint: Paint::plain(DVec3::splat(0.03))? };
+    let cloth = Material { brdf: &WHITE, tint: Paint::plain(DVec3::new(0.13, 0.17, 0.22))? };
+    let side = Material { brdf: &WHITE, tint: Paint::plain(DVec3::splat(0.03))? };
     let table = Quad::new(DVec3::new(-1.0, -1.0, -THICKNESS), 2.0 * DVec3::X, 2.0 * DVec3::Y)?;
     scene.add(table, cloth);
     // The camera sees the front edge only.

@@ -62,11 +62,13 @@ pub fn predict(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Prediction> {
     let sq = parameters::sq(map);
+    // The ISO number of `inspect`, over edges; the cells follow the mean over facets, which a gap weighs differently.
+    let sdq = parameters::Gradient::measure(map).sdq;
     let scattered = scatter::scatter(map, &settings.scatter, &|done| progress(0.8 * done))?;
     let provenance = Provenance {
         source: name.to_owned(),
         sq,
-        sdq: scattered.statistics.sdq,
+        sdq,
         missing_fraction: map.missing_fraction(),
         wavelength: settings.wavelength,
         method: settings.scatter.method,
@@ -78,7 +80,7 @@ pub fn predict(
     let mut prediction = Prediction {
         name: name.to_owned(),
         sq,
-        sdq: scattered.statistics.sdq,
+        sdq,
         missing_fraction: map.missing_fraction(),
         isotropic: scattered.isotropic,
         decisions: scattered.decisions,

@@ -2,5 +2,4 @@
 
 mod closed_forms;
 mod materials;
-mod speed;
 mod tiles;

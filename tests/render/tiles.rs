@@ -159,19 +159,3 @@ fn impossible_comparisons_are_refused() {
     assert!(refused(&mirror, TilesOptions { exposure: Some(f64::NAN), ..quick() }).contains("exposure"));
     assert!(refused(&mirror, TilesOptions { samples_per_pixel: 0, ..quick() }).contains("sample"));
 }
-
-/// `cargo test --release --test render -- --ignored --nocapture sample_picture` writes under `target/tmp`.
-#[test]
-#[ignore = "a picture to look at"]
-fn sample_picture() {
-    let start = std::time::Instant::now();
-    let materials = glass(&[0.0003, 0.005, 0.01, 0.015, 0.02, 0.04, 0.08]);
-    let caption = |m: &Beckmann| vec![format!("alpha {}", m.alpha), format!("n {}", m.n)];
-    let tiles: Vec<Tile> = materials.iter().map(|m| Tile { caption: caption(m), brdf: m }).collect();
-    let picture = render_tiles(&tiles, &TilesOptions::default(), &|_| {}).unwrap();
-    println!("{:.1} s, exposure {}", start.elapsed().as_secs_f64(), picture.exposure());
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    picture.save_png(&folder.join("tiles.png")).unwrap();
-    picture.save_exr(&folder.join("tiles.exr")).unwrap();
-    println!("{}", folder.join("tiles.png").display());
-}
