@@ -3,7 +3,6 @@
 use crate::materials::{Beckmann, Mirror};
 use asperity::optics::brdf::Brdf;
 use asperity::render::{Film, Tile, TilesOptions, TilesPicture, exr_bytes, render_tiles};
-use std::path::Path;
 use std::sync::Mutex;
 
 fn glass(alphas: &[f64]) -> Vec<Beckmann> {
