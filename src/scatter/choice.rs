@@ -146,7 +146,7 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
         Symmetry::Isotropic => true,
         Symmetry::Anisotropic => false,
     };
-    let cells = HalfVectorCells::for_lobe(&statistics, isotropic);
+    let cells = HalfVectorCells::for_lobe(&statistics, isotropic, options.tolerance);
     let density = SlopeDensity::measure(map, &cells, isotropic);
     let hiding = statistics.hiding();
     let decisions: Vec<Decision> = options

@@ -1,5 +1,6 @@
 //! Floor 4: how the facets scatter: detectors, tallies, the facet sum and the naive rays.
 
+pub mod axis;
 pub mod bounce;
 pub mod cells;
 pub mod choice;
@@ -7,6 +8,7 @@ pub mod facet_sum;
 pub mod facing;
 pub mod hats;
 pub mod rays;
+pub mod rings;
 pub mod slope_histogram;
 pub mod tally;
 
