@@ -1,6 +1,7 @@
 //! Floor 6: drawing directions.
 
 pub mod alias;
+mod slabs;
 pub mod table_brdf;
 
 pub use alias::AliasTable;

@@ -12,11 +12,13 @@
 //! | `density` | f64 \[T,P,K\] | T of [`Table`]'s formula at the cell centres, per unit slope area |
 //! | `density_relative_se` | f64 \[T,P,K\] | its standard error, relative |
 //! | `subarea_ratio` | f64 \[S,K\] | density of each sub-area over that of the map |
+//! | `diffuse_albedo` | f64 \[T,P\] | albedo F of the diffuse floor, `f_r = F / pi` |
 //! | `specular_core_share` | f64 \[T,P\] | share of the lit area that is exactly flat |
 //! | `albedo`, `albedo_se`, `absorbed`, `lost`, `multiple_bounce`, `shadowed` | f64 \[T,P\] | energy book |
 //!
 //! All little-endian, C order. Same table, same bytes.
 
+use super::nodes::Nodes;
 use super::{Node, Provenance, Table, balance::Balance};
 use crate::archive::{self, Archive};
 use crate::error::{Error, Fault, Result};
@@ -47,7 +49,8 @@ struct Header {
 
 /// Accessors of [`Node`] in the order they are stored.
 type Field = (&'static str, fn(&mut Node) -> &mut f64);
-const NODE_FIELDS: [Field; 7] = [
+const NODE_FIELDS: [Field; 8] = [
+    ("diffuse_albedo", |n| &mut n.diffuse),
     ("specular_core_share", |n| &mut n.core_share),
     ("albedo", |n| &mut n.albedo),
     ("albedo_se", |n| &mut n.albedo_error),
@@ -176,7 +179,7 @@ impl Table {
             cells,
             isotropic: header.isotropic,
             material: header.material,
-            tangents: theta_i.iter().map(|t| t.tan()).collect(),
+            finder: Nodes::new(&theta_i, &phi_i),
             theta_i,
             phi_i,
             density,
