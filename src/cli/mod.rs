@@ -1,7 +1,9 @@
 //! Floor 10: one file per verb; each reads, calls the library and prints.
 
 mod brdf;
+mod check;
 mod convert;
+mod eval;
 mod gloss;
 mod inspect;
 mod map_options;
@@ -9,6 +11,7 @@ mod models;
 mod predict;
 mod progress;
 mod quantity;
+mod sample;
 mod scatter_options;
 mod source;
 mod synth;
@@ -41,6 +44,12 @@ enum Verb {
     Brdf(brdf::Arguments),
     /// Gloss at 20, 60 and 85 deg of maps, tables or models
     Gloss(gloss::Arguments),
+    /// f_r and its error at listed directions, of a map, table or model
+    Eval(eval::Arguments),
+    /// Directions drawn from a map, table or model, with pdf and weight (.npy)
+    Sample(sample::Arguments),
+    /// Audit of a map, table or model: energy, reciprocity, and whether draws follow their pdf
+    Check(check::Arguments),
     /// Comparison picture of maps, tables or models
     Tiles(tiles::Arguments),
     /// Height map to another format (.x3p, .sdf, .npy, 16-bit .png), or to a picture in colour
@@ -63,6 +72,9 @@ pub fn run() -> std::process::ExitCode {
         Verb::Inspect(a) => inspect::run(&a, cli.json),
         Verb::Brdf(a) => brdf::run(&a, cli.json),
         Verb::Gloss(a) => gloss::run(&a, cli.json),
+        Verb::Eval(a) => eval::run(&a, cli.json),
+        Verb::Sample(a) => sample::run(&a, cli.json),
+        Verb::Check(a) => check::run(&a, cli.json),
         Verb::Tiles(a) => tiles::run(&a, cli.json),
         Verb::Convert(a) => convert::run(&a, cli.json),
         Verb::Synth(a) => synth::run(&a, cli.json),

@@ -66,6 +66,17 @@ impl ScatterOptions {
         self.wavelength
     }
 
+    /// Seed of everything random.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The flags without the incident angles, which are given apart: for verbs that ask about one direction.
+    pub fn without_angles(mut self) -> (Self, Option<Vec<f64>>, Option<Vec<f64>>) {
+        let (theta_i, phi_i) = (self.theta_i.take(), self.phi_i.take());
+        (self, theta_i, phi_i)
+    }
+
     /// The library's settings.
     pub fn settings(&self) -> Result<Settings> {
         let defaults = Options::default();

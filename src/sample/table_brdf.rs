@@ -20,6 +20,9 @@ const SLIVER: f64 = 1e-3;
 /// Cosines below this count as the horizon.
 const HORIZON: f64 = 1e-9;
 
+/// To make 64 random bits of a number in [0, 1).
+const TWO_64: f64 = 18_446_744_073_709_551_616.0;
+
 /// A [`Table`] with one alias table per incident node.
 ///
 /// `pdf(wi, wo) = sum over nodes n of w_n [ d_n cos_theta_r / pi + (1 - c_n - d_n) sum over cells k of p_n(k) hat_k / H_k /
@@ -154,6 +157,66 @@ impl TableBrdf {
         (rest + blend.diffuse, pdf)
     }
 
+    /// A draw whose cell comes from `draw(node, u)`, with what is left of `u`.
+    #[inline]
+    pub(super) fn sample_by(
+        &self,
+        wi: DVec3,
+        u: [f64; 2],
+        draw: impl Fn(usize, f64) -> Option<(usize, f64)>,
+    ) -> Option<BrdfSample> {
+        if !(wi.z > HORIZON) {
+            return None;
+        }
+        let incident = self.table.incident(wi);
+        let place = &incident.place;
+        let blend = self.blend(place);
+        // The second number picks the node and its branch, and what is left of it the place inside the cell.
+        let phis = self.table.phi_i.len();
+        let (theta, mut left) = choose(place.u, u[1]);
+        let mut phi = place.phi[0];
+        if phis > 1 {
+            let (second, rest) = choose(place.v, left);
+            (phi, left) = (place.phi[usize::from(second)], rest);
+        }
+        let theta = (place.theta + usize::from(theta)).min(self.table.theta_i.len() - 1);
+        let node = &self.nodes[theta * phis + phi];
+        if left < node.core {
+            return Some(BrdfSample {
+                wo: DVec3::new(-wi.x, -wi.y, wi.z),
+                weight: blend.core_share * self.table.material.reflectance(wi.z) / blend.core,
+                pdf: f64::INFINITY,
+                specular: true,
+            });
+        }
+        if left < node.core + node.floor {
+            let left = (left - node.core) / node.floor;
+            let (sin, cos) = (std::f64::consts::TAU * left).sin_cos();
+            let (r, z) = (u[0].sqrt(), (1.0 - u[0]).sqrt());
+            let wo = DVec3::new(r * cos, r * sin, z);
+            if z <= HORIZON {
+                return None;
+            }
+            let (f, pdf) = self.both(&incident, wo);
+            return Some(BrdfSample { wo, weight: f * wo.z / pdf, pdf, specular: false });
+        }
+        let along = (left - node.core - node.floor) / (1.0 - node.core - node.floor);
+        let (cell, across) = draw(theta * phis + phi, u[0])?;
+        let cells = &self.table.cells;
+        let coordinates = self.hats.place(cells.column_and_row(cell), across, along);
+        let (p, q) = cells.slope_at(coordinates);
+        let slope = incident.out_of_cells(DVec3::new(p, q, 0.0));
+        let lean = wi.z - slope.x * wi.x - slope.y * wi.y;
+        let steepness = 1.0 + p * p + q * q;
+        let scale = 2.0 * lean / steepness;
+        let wo = DVec3::new(-slope.x * scale - wi.x, -slope.y * scale - wi.y, scale - wi.z);
+        if !(lean > 0.0 && wo.z > HORIZON) {
+            return None;
+        }
+        let sample = self.weigh(&incident, &blend, wo, coordinates, lean, steepness);
+        (sample.pdf > 0.0).then_some(sample)
+    }
+
     /// What a draw of `wo` for `wi` and slope `(p, q)` weighs, `lean = cos_beta / cos_theta_h`.
     #[inline]
     fn weigh(
@@ -216,56 +279,10 @@ impl Brdf for TableBrdf {
     }
 
     fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
-        if !(wi.z > HORIZON) {
-            return None;
-        }
-        let incident = self.table.incident(wi);
-        let place = &incident.place;
-        let blend = self.blend(place);
-        // The second number picks the node and its branch, and what is left of it the place inside the cell.
-        let phis = self.table.phi_i.len();
-        let (theta, mut left) = choose(place.u, u[1]);
-        let mut phi = place.phi[0];
-        if phis > 1 {
-            let (second, rest) = choose(place.v, left);
-            (phi, left) = (place.phi[usize::from(second)], rest);
-        }
-        let theta = (place.theta + usize::from(theta)).min(self.table.theta_i.len() - 1);
-        let node = &self.nodes[theta * phis + phi];
-        if left < node.core {
-            return Some(BrdfSample {
-                wo: DVec3::new(-wi.x, -wi.y, wi.z),
-                weight: blend.core_share * self.table.material.reflectance(wi.z) / blend.core,
-                pdf: f64::INFINITY,
-                specular: true,
-            });
-        }
-        if left < node.core + node.floor {
-            let left = (left - node.core) / node.floor;
-            let (sin, cos) = (std::f64::consts::TAU * left).sin_cos();
-            let (r, z) = (u[0].sqrt(), (1.0 - u[0]).sqrt());
-            let wo = DVec3::new(r * cos, r * sin, z);
-            if z <= HORIZON {
-                return None;
-            }
-            let (f, pdf) = self.both(&incident, wo);
-            return Some(BrdfSample { wo, weight: f * wo.z / pdf, pdf, specular: false });
-        }
-        let along = (left - node.core - node.floor) / (1.0 - node.core - node.floor);
-        let (cell, across) = node.alias.as_ref()?.draw((u[0] * 18_446_744_073_709_551_616.0) as u64);
-        let cells = &self.table.cells;
-        let coordinates = self.hats.place(cells.column_and_row(cell), across, along);
-        let (p, q) = cells.slope_at(coordinates);
-        let slope = incident.out_of_cells(DVec3::new(p, q, 0.0));
-        let lean = wi.z - slope.x * wi.x - slope.y * wi.y;
-        let steepness = 1.0 + p * p + q * q;
-        let scale = 2.0 * lean / steepness;
-        let wo = DVec3::new(-slope.x * scale - wi.x, -slope.y * scale - wi.y, scale - wi.z);
-        if !(lean > 0.0 && wo.z > HORIZON) {
-            return None;
-        }
-        let sample = self.weigh(&incident, &blend, wo, coordinates, lean, steepness);
-        (sample.pdf > 0.0).then_some(sample)
+        self.sample_by(wi, u, |node, u| {
+            let alias = self.nodes[node].alias.as_ref()?;
+            Some(alias.draw((u * TWO_64) as u64))
+        })
     }
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
@@ -273,6 +290,13 @@ impl Brdf for TableBrdf {
             return 0.0;
         }
         self.both(&self.table.incident(wi), wo).1
+    }
+
+    fn eval_and_pdf(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
+        if !(wi.z > HORIZON && wo.z > HORIZON) {
+            return (0.0, 0.0);
+        }
+        self.both(&self.table.incident(wi), wo)
     }
 
     fn albedo(&self, theta_i: f64) -> f64 {
