@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::math::statistics::compensated_sum;
+use crate::scatter::axis::at_most;
 
 /// Walker's alias table (Electronics Letters 10, 127, 1974): `m` columns of equal mass, each shared by at most two cells.
 ///
@@ -85,12 +86,14 @@ impl AliasTable {
         let product = u128::from(bits) * self.columns.len() as u128;
         let rest = product as u64;
         let column = &self.columns[(product >> 64) as usize];
-        let own = (rest >> 32) < u64::from(column.threshold);
-        // What is left is rescaled from its part of the column: low-discrepancy points stay spread inside the cell.
+        let own = usize::from((rest >> 32) < u64::from(column.threshold));
+        // What is left is rescaled from its part of the column: low-discrepancy points stay spread inside the cell. Worked out
+        // without a branch, which would be missed every other time.
         let threshold = f64::from(column.threshold);
+        let other = 1.0 - own as f64;
         let place = (rest >> 11) as i64 as f64 * (STEPS / (1u64 << 53) as f64);
-        let (from, width) = if own { (0.0, threshold) } else { (threshold, STEPS - threshold) };
-        (column.cells[usize::from(own)] as usize, ((place - from) / width).clamp(0.0, 1.0 - f64::EPSILON))
+        let width = (threshold - other * STEPS).abs();
+        (column.cells[own] as usize, at_most((place - other * threshold) / width, 1.0 - f64::EPSILON))
     }
 
     /// Probability of each cell as the columns hold it: what a pdf must use. Within 2^-32 of `weight / total`.

@@ -1,5 +1,6 @@
 //! The numbers of a table as its lookups want them.
 
+use crate::scatter::cells::between;
 use crate::table::{Place, Table};
 
 /// Both nodes of a theta_i interval side by side, for every cell: `T` below and above, draw density below and above.
@@ -13,7 +14,6 @@ pub(super) struct Slabs {
     row: usize,
     azimuths: usize,
     half: [f64; 2],
-    last: [usize; 2],
 }
 
 /// `T` and the density of draws in the slope plane at one place.
@@ -40,19 +40,15 @@ impl Slabs {
         }
         let axes = table.cells().axes;
         let half = axes.map(|a| f64::from(a.half));
-        let last = axes.map(|a| a.len() - 2);
-        Slabs { values, cells, row: table.cells().row_length(), azimuths, half, last }
+        Slabs { values, cells, row: table.cells().row_length(), azimuths, half }
     }
 
     /// Interpolates at grid coordinates between the nodes of `place`.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, place: &Place, [u, v]: [f64; 2]) -> Found {
-        // At the ends the pair is the last one, with all weight on the empty border.
-        let x = (u + self.half[0]).clamp(0.0, 2.0 * self.half[0]);
-        let y = (v + self.half[1]).clamp(0.0, 2.0 * self.half[1]);
-        let i = (x as usize).min(self.last[0]);
-        let j = (y as usize).min(self.last[1]);
-        let (s, t) = ((x - i as f64) as f32, (y - j as f64) as f32);
+        let (i, s) = between(u, self.half[0]);
+        let (j, t) = between(v, self.half[1]);
+        let (s, t) = (s as f32, t as f32);
         let slab = place.theta * self.azimuths;
         let from = j * self.row + i;
         let mut sum = self.corners(slab + place.phi[0], from, s, t);
@@ -65,7 +61,7 @@ impl Slabs {
         Found { density: f64::from(sum[0] + w * (sum[1] - sum[0])), draws: f64::from(sum[2] + w * (sum[3] - sum[2])) }
     }
 
-    #[inline]
+    #[inline(always)]
     fn corners(&self, slab: usize, from: usize, s: f32, t: f32) -> [f32; 4] {
         let values = &self.values[slab * self.cells..(slab + 1) * self.cells];
         let near = &values[from..from + 2];

@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::math::direction;
 use crate::optics::{Brdf, BrdfSample};
 use crate::scatter::HalfVectorCells;
+use crate::scatter::axis::at_most;
 use crate::scatter::facing::cell_weight;
 use crate::scatter::hats::Hats;
 use crate::table::{Incident, Place, Table};
@@ -20,8 +21,8 @@ const SLIVER: f64 = 1e-3;
 /// Cosines below this count as the horizon.
 const HORIZON: f64 = 1e-9;
 
-/// To make 64 random bits of a number in [0, 1).
-const TWO_64: f64 = 18_446_744_073_709_551_616.0;
+/// To make random bits of a number in [0, 1).
+const TWO_53: f64 = 9_007_199_254_740_992.0;
 
 /// A [`Table`] with one alias table per incident node.
 ///
@@ -111,7 +112,7 @@ impl TableBrdf {
     }
 
     /// Blends what every node says about core and floor.
-    #[inline]
+    #[inline(always)]
     fn blend(&self, place: &Place) -> Blend {
         let phis = self.table.phi_i.len();
         let next = (place.theta + 1).min(self.table.theta_i.len() - 1);
@@ -137,7 +138,7 @@ impl TableBrdf {
     }
 
     /// `f_r` and pdf of `wo` for a `wi`, both above the horizon.
-    #[inline]
+    #[inline(always)]
     fn both(&self, incident: &Incident, wo: DVec3) -> (f64, f64) {
         let wi = incident.wi;
         let blend = self.blend(&incident.place);
@@ -158,7 +159,7 @@ impl TableBrdf {
     }
 
     /// A draw whose cell comes from `draw(node, u)`, with what is left of `u`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample_by(
         &self,
         wi: DVec3,
@@ -218,7 +219,7 @@ impl TableBrdf {
     }
 
     /// What a draw of `wo` for `wi` and slope `(p, q)` weighs, `lean = cos_beta / cos_theta_h`.
-    #[inline]
+    #[inline(always)]
     fn weigh(
         &self,
         incident: &Incident,
@@ -281,7 +282,7 @@ impl Brdf for TableBrdf {
     fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
         self.sample_by(wi, u, |node, u| {
             let alias = self.nodes[node].alias.as_ref()?;
-            Some(alias.draw((u * TWO_64) as u64))
+            Some(alias.draw(((u * TWO_53) as i64 as u64) << 11))
         })
     }
 
@@ -309,10 +310,11 @@ impl Brdf for TableBrdf {
 }
 
 /// The second of two with probability `share`, and what is left of `u`.
-#[inline]
+#[inline(always)]
 fn choose(share: f64, u: f64) -> (bool, f64) {
-    let first = 1.0 - share;
-    let second = u >= first;
-    let (from, width) = if second { (first, share) } else { (0.0, first) };
-    (second, ((u - from) / width).min(1.0 - f64::EPSILON))
+    let second = u >= 1.0 - share;
+    // Looked up: a branch on a random number is missed every other time.
+    let from = [0.0, 1.0 - share][usize::from(second)];
+    let width = [1.0 - share, share][usize::from(second)];
+    (second, at_most((u - from) / width, 1.0 - f64::EPSILON))
 }

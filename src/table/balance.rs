@@ -25,6 +25,8 @@ pub(crate) struct Balance {
     /// `[interval][step][azimuth]`, then `[step][azimuth]` beyond the last node.
     factor: Vec<f64>,
     intervals: usize,
+    /// Steps in all.
+    steps: usize,
     /// Cosine of the last node.
     last_cos: f64,
     last_tangent: f64,
@@ -103,12 +105,13 @@ impl Balance {
             factors
         };
         let columns: Vec<Vec<f64>> = (0..azimuths).into_par_iter().map(along).collect();
+        let steps = columns[0].len() - 1;
         let factor = (0..columns[0].len()).flat_map(|k| columns.iter().map(move |c| c[k])).collect();
-        Balance { azimuths, factor, intervals, last_cos: last.cos(), last_tangent: last.tan(), own }
+        Balance { azimuths, factor, intervals, steps, last_cos: last.cos(), last_tangent: last.tan(), own }
     }
 
     /// `b(wi)`, interpolated.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, place: &Place, cos_theta_i: f64) -> f64 {
         // Steps run on from interval to interval and over the last node towards the horizon.
         let x = if place.tangent > self.last_tangent || self.intervals == 0 {
@@ -117,14 +120,14 @@ impl Balance {
         } else {
             (place.theta as f64 + place.u) * STEPS as f64
         };
-        let step = (x as usize).min(self.factor.len() / self.azimuths - 2);
+        let step = (x as i32 as usize).min(self.steps - 1);
         let u = x - step as f64;
         let rows = &self.factor[step * self.azimuths..(step + 2) * self.azimuths];
         if self.azimuths == 1 {
             return rows[0] + u * (rows[1] - rows[0]);
         }
         let y = place.turn * (self.azimuths as f64 / 4.0);
-        let k = (y as usize).min(self.azimuths - 1);
+        let k = (y as i32 as usize).min(self.azimuths - 1);
         let (v, next) = (y - k as f64, (k + 1) % self.azimuths);
         let low = rows[k] + v * (rows[next] - rows[k]);
         let high = rows[self.azimuths + k] + v * (rows[self.azimuths + next] - rows[self.azimuths + k]);

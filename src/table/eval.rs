@@ -81,7 +81,7 @@ impl Table {
     }
 
     /// Everything about `wi` that its many `wo` share; `wi` must be above the horizon.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn incident(&self, wi: DVec3) -> Incident {
         let r = (wi.x * wi.x + wi.y * wi.y).sqrt();
         let place = self.finder.place(wi, r);

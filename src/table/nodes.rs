@@ -1,12 +1,10 @@
 //! Where an incident direction lies between the nodes of a table.
 
+use crate::scatter::axis::{at_least, at_most};
 use glam::DVec3;
 
 /// Nodes that surround an incident direction and their weights, which sum to 1.
 pub type NodeWeights = [(usize, f64); 4];
-
-/// Steps of the guess by cosine and by azimuth.
-const GUESSES: usize = 256;
 
 /// Incident angles prepared for finding.
 ///
@@ -18,8 +16,6 @@ pub struct Nodes {
     tangents: Vec<f64>,
     per_gap: Vec<f64>,
     turns: Vec<f64>,
-    /// First interval to try for a cosine in steps of 1 / GUESSES.
-    first: Vec<u32>,
 }
 
 /// One place between the nodes.
@@ -43,17 +39,7 @@ impl Nodes {
         let tangents: Vec<f64> = theta_i.iter().map(|t| t.tan()).collect();
         let per_gap = tangents.windows(2).map(|t| 1.0 / (t[1] - t[0])).collect();
         let turns = phi_i.iter().map(|p| turn(p.cos(), p.sin())).collect();
-        let last = tangents.len().saturating_sub(2);
-        let first = (0..GUESSES)
-            .map(|k| {
-                // The largest cosine of the step has the smallest tangent.
-                let cos = (k + 1) as f64 / GUESSES as f64;
-                let smallest = (1.0 - cos * cos).max(0.0).sqrt() / cos;
-                let below = tangents.iter().filter(|&&t| t <= smallest).count();
-                below.saturating_sub(1).min(last) as u32
-            })
-            .collect();
-        Nodes { tangents, per_gap, turns, first }
+        Nodes { tangents, per_gap, turns }
     }
 
     /// Intervals of theta_i; 1 for a single angle as well.
@@ -62,17 +48,15 @@ impl Nodes {
     }
 
     /// Finds `wi`, which must lie above the horizon; `r` is the length of its horizontal part.
-    #[inline]
+    #[inline(always)]
     pub fn place(&self, wi: DVec3, r: f64) -> Place {
         let tangent = r / wi.z;
         let (mut theta, mut u) = (0, 0.0);
         if !self.per_gap.is_empty() {
-            let step = ((wi.z * GUESSES as f64) as usize).min(GUESSES - 1);
-            theta = self.first[step] as usize;
-            while theta + 2 < self.tangents.len() && tangent >= self.tangents[theta + 1] {
-                theta += 1;
-            }
-            u = ((tangent - self.tangents[theta]) * self.per_gap[theta]).clamp(0.0, 1.0);
+            // Counted over all angles: the branches of a search could not be predicted.
+            let inner = &self.tangents[1..self.tangents.len() - 1];
+            theta = inner.iter().map(|&t| usize::from(t <= tangent)).sum();
+            u = at_most(at_least((tangent - self.tangents[theta]) * self.per_gap[theta], 0.0), 1.0);
         }
         let n = self.turns.len();
         if n == 1 {
