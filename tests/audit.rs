@@ -7,7 +7,7 @@ use asperity::optics::{Brdf, BrdfSample, Material};
 use asperity::sample::audit::{Audit, Options, Statement, audit};
 use asperity::sample::rivals::{CosineSampled, CumulativeSampled, UniformSampled};
 use asperity::sample::{Reciprocal, TableBrdf};
-use asperity::scatter::{self, Method, Symmetry, scatter};
+use asperity::scatter::{self, Symmetry, scatter};
 use asperity::table::{Provenance, Table};
 
 fn quick() -> Options {
@@ -94,7 +94,7 @@ fn a_mirror_with_one_per_cent_haze_is_sound() {
     let mut rng = asperity::math::random::CounterRng::new(4, 0, 0);
     for r in (5..300).step_by(20) {
         for c in (5..300).step_by(20) {
-            raw.heights[[r, c]] += (2e-7 * rng.normal_pair()[0]) as f32;
+            raw.heights[[r, c]] += 2e-7 * rng.normal_pair()[0];
         }
     }
     let brdf = table(&level::keep_tilt(&raw, Edges::Open), Symmetry::Isotropic, Material::Dielectric { n: 1.5 });

@@ -6,13 +6,14 @@ use crate::error::Result;
 use crate::math::direction;
 use crate::optics::{Brdf, BrdfSample};
 use crate::scatter::HalfVectorCells;
-use crate::scatter::axis::at_most;
+use crate::scatter::axis::{at_least, at_most};
 use crate::scatter::facing::cell_weight;
 use crate::scatter::hats::Hats;
-use crate::table::{Incident, Place, Table};
+use crate::table::{Incident, Place, Table, albedos};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::OnceLock;
 
 /// Share of its density that a cell keeps as sampling weight when it lies below the horizon of the node: between two
 /// nodes, or in a corner, it may still reflect.
@@ -20,6 +21,9 @@ const SLIVER: f64 = 1e-3;
 
 /// Cosines below this count as the horizon.
 const HORIZON: f64 = 1e-9;
+
+/// Steps of the albedo from 0 to 90 deg.
+const ALBEDO_STEPS: usize = 128;
 
 /// To make random bits of a number in [0, 1).
 const TWO_53: f64 = 9_007_199_254_740_992.0;
@@ -36,6 +40,8 @@ pub struct TableBrdf {
     nodes: Vec<Sampler>,
     slabs: Slabs,
     hats: Hats,
+    /// Albedo at even steps of theta_i, worked out when first asked for.
+    albedo: OnceLock<Vec<f64>>,
 }
 
 /// How one node draws.
@@ -98,7 +104,7 @@ impl TableBrdf {
             .collect::<Result<_>>()?;
         let (nodes, draws): (Vec<Sampler>, Vec<Vec<f32>>) = built.into_iter().unzip();
         let slabs = Slabs::new(&table, &draws);
-        Ok(TableBrdf { nodes, slabs, hats, table })
+        Ok(TableBrdf { nodes, slabs, hats, albedo: OnceLock::new(), table })
     }
 
     /// The table behind the sampler.
@@ -230,7 +236,7 @@ impl TableBrdf {
         steepness: f64,
     ) -> BrdfSample {
         let found = self.slabs.at(&incident.place, coordinates);
-        let reflectance = self.table.material.reflectance(lean / steepness.sqrt());
+        let reflectance = self.table.material.reflectance(lean * (1.0 / steepness).sqrt());
         // dw / (dp dq) = 4 cos_beta cos^3 theta_h: rest and draws stay per slope, floor and cosine come to it.
         let per_slope = 4.0 * lean / (steepness * steepness);
         let rest = incident.balance * reflectance * found.density * lean / incident.wi.z;
@@ -300,8 +306,16 @@ impl Brdf for TableBrdf {
         self.both(&self.table.incident(wi), wo)
     }
 
+    /// Of the interpolated table at azimuth 0; between the nodes the Fresnel reflectance does not run straight.
     fn albedo(&self, theta_i: f64) -> f64 {
-        self.table.albedo(direction(theta_i, 0.0))
+        let steps = self.albedo.get_or_init(|| {
+            let last = FRAC_PI_2 * (1.0 - 1e-4);
+            let at = |k: usize| direction(last * k as f64 / ALBEDO_STEPS as f64, 0.0);
+            albedos(&self.table, &(0..=ALBEDO_STEPS).map(at).collect::<Vec<_>>())
+        });
+        let x = at_most(at_least(theta_i / FRAC_PI_2, 0.0), 1.0) * ALBEDO_STEPS as f64;
+        let k = (x as usize).min(ALBEDO_STEPS - 1);
+        steps[k] + (x - k as f64) * (steps[k + 1] - steps[k])
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {

@@ -57,6 +57,27 @@ fn own(table: &Table, mesh: &Mesh) -> Vec<f64> {
         .collect()
 }
 
+/// `integral of f_r cos_theta_r dw` at each of the directions, core and floor included: what the interpolated table reflects.
+pub(crate) fn albedos(table: &Table, directions: &[DVec3]) -> Vec<f64> {
+    let mesh = mesh(table);
+    directions
+        .iter()
+        .map(|&wi| {
+            let incident = table.incident(wi);
+            let mut density = vec![0.0; table.cells.len()];
+            let mut floor = 0.0;
+            for (node, weight) in table.finder.weights(&incident.place) {
+                if weight > 0.0 {
+                    density.iter_mut().zip(&table.density[table.node_range(node)]).for_each(|(d, t)| *d += weight * t);
+                    floor += weight * table.nodes[node].diffuse;
+                }
+            }
+            let rest = incident.balance * mesh.energy(&mesh.values(&density), wi, &table.material);
+            table.core(wi) + floor + rest
+        })
+        .collect()
+}
+
 impl Balance {
     /// Integrates the table over its cells at angles between and beyond its nodes.
     pub fn of(table: &Table) -> Balance {

@@ -1,4 +1,10 @@
-//! The native file: a ZIP of NumPy arrays (`numpy.load` opens it), version 1.
+//! The native file: a ZIP of NumPy arrays (`numpy.load` opens it), version 2.
+//!
+//! Every member `NAME.npy` is stored by Deflate, dated 1980-01-01, and unpacks to the bytes `93 4E 55 4D 50 59 01 00` (NPY
+//! 1.0), the length of what follows up to the data as u16, the text `{'descr': '<f8', 'fortran_order': False, 'shape': (T, P,
+//! K), }` with the member's own type and shape, filled with spaces to a multiple of 64 bytes and ended by a line feed,
+//! then the values, little-endian, last index fastest. Index k of a cell in column i and row j of the grid is
+//! `j (2 half_1 + 1) + i`; its formula is that of [`HalfVectorCells`]. Version 1 had other cells and is refused.
 //!
 //! | member | type, shape | what |
 //! |---|---|---|
@@ -30,8 +36,8 @@ use crate::scatter::axis::Axis;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Version written, and the newest that can be read.
-pub const FORMAT_VERSION: u32 = 1;
+/// Version written and read.
+pub const FORMAT_VERSION: u32 = 2;
 
 const NAME: &str = "asperity table";
 
@@ -139,8 +145,15 @@ impl Table {
         if header.version > FORMAT_VERSION {
             return Err(Fault::Unsupported {
                 format: NAME,
-                what: format!("version {} (this program reads up to {FORMAT_VERSION})", header.version),
+                what: format!("version {} (this program reads version {FORMAT_VERSION})", header.version),
                 advice: "update asperity, or make the table again from its height map".to_owned(),
+            });
+        }
+        if header.version < FORMAT_VERSION {
+            return Err(Fault::Unsupported {
+                format: NAME,
+                what: format!("version {} (this program reads version {FORMAT_VERSION})", header.version),
+                advice: "make the table again from its height map".to_owned(),
             });
         }
         let angles = |archive: &mut Archive, name: &str, below: f64| {

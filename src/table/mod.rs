@@ -7,7 +7,9 @@ mod file;
 mod floor;
 mod mesh;
 mod nodes;
+mod thin;
 
+pub(crate) use balance::albedos;
 pub(crate) use eval::Incident;
 pub use file::FORMAT_VERSION;
 pub use nodes::NodeWeights;
