@@ -19,7 +19,7 @@ pub fn run(json: bool) -> anyhow::Result<()> {
                     .collect();
                 serde_json::json!({
                     "name": m.name, "summary": m.summary, "formula": m.formula, "parameters": parameters,
-                    "material": m.interface, "reciprocal": m.reciprocal, "energy": m.energy, "source": m.source,
+                    "material": m.interface, "not_reciprocal_form": m.not_reciprocal, "energy": m.energy, "source": m.source,
                     "example": m.example,
                 })
             })
@@ -41,7 +41,7 @@ pub fn run(json: bool) -> anyhow::Result<()> {
         }
         println!(
             "    reciprocal: {}; energy: {}; source: {}\n",
-            if m.reciprocal { "yes" } else { "no" },
+            m.not_reciprocal.map_or("yes".to_owned(), |form| format!("yes, except form={form}")),
             m.energy,
             m.source
         );
