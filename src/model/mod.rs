@@ -2,7 +2,8 @@
 //!
 //! A model is written `name:key=value,key=value`, for example `beckmann:alpha=0.02,n=1.5`. To add one: a file
 //! with the formula and an [`Entry`], and one line in [`MODELS`]. A [`Definition`] is a model with its parameters before
-//! it is built: what a fit varies, and what colour builds once per wavelength.
+//! it is built: what a fit varies. Colour builds a text once per wavelength: [`parse`]; the texts `material:NAME` and
+//! `layered:COAT,over=BASE` are understood too ([`library`], [`layered`]).
 
 mod albedo;
 pub mod beckmann;
@@ -16,6 +17,7 @@ pub mod he_torrance;
 pub mod lafortune;
 pub mod lambert;
 pub mod layered;
+pub mod library;
 pub mod metallic;
 pub mod microfacet;
 pub mod minnaert;

@@ -4,6 +4,7 @@
 use super::MODELS;
 use super::definition::{Definition, Values};
 use super::layered::{self, Layered};
+use super::library;
 use super::parameter::{Parameter, Word};
 use crate::error::{Error, Result};
 use crate::optics::Brdf;
@@ -84,9 +85,9 @@ impl Entry {
     }
 }
 
-/// Whether `text` starts with the name of a model or is layered, so that it is not the name of a file.
+/// Whether `text` starts with the name of a model, is layered or a material, so that it is not the name of a file.
 pub fn is_model(text: &str) -> bool {
-    find(text).is_some() || layered::split(text).is_some()
+    find(text).is_some() || layered::split(text).is_some() || library::name_in(text).is_some()
 }
 
 fn find(text: &str) -> Option<&'static Entry> {
@@ -108,13 +109,18 @@ pub fn entry(text: &str) -> Result<&'static Entry> {
     })
 }
 
-/// Builds the model written as `name:key=value,...` or `layered:COAT,over=BASE`; `wavelength` \[m\] selects the index of a
-/// named material and enters wave optics, unless the text has a `wavelength` of its own. Colour asks once per wavelength.
+/// Builds the model written as `name:key=value,...`, `layered:COAT,over=BASE` or `material:NAME`; `wavelength` \[m\] selects
+/// the index of a named interface, the band of a material and enters wave optics, unless the text has a `wavelength` of its
+/// own. Colour asks once per wavelength.
 ///
 /// # Errors
-/// `Error::Parameter` naming the model, the parameter, its range, and an example that works.
+/// `Error::Parameter` naming the model, the parameter, its range, and an example that works; `Error::Content` naming the
+/// file of a faulty material.
 pub fn parse(text: &str, wavelength: f64) -> Result<Box<dyn Brdf>> {
-    parse_with(text, &|part| Definition::parse(part)?.build(wavelength))
+    parse_with(text, &|part| match library::name_in(part) {
+        Some(name) => library::find(name)?.at(wavelength),
+        None => Definition::parse(part)?.build(wavelength),
+    })
 }
 
 /// Takes `layered:COAT,over=BASE` apart and builds every part by `build`, so that a layer may be a table or a file.
