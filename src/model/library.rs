@@ -121,7 +121,7 @@ impl LibraryMaterial {
         let advice = "see the head of the material files: name, title, category, source, licence and [[band]]";
         let bad = |what: String| Error::content(path, what, advice);
         let file: File = toml::from_str(text).map_err(|e| {
-            let line = e.span().map_or(1, |span| text[..span.start.min(text.len())].lines().count().max(1));
+            let line = e.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
             bad(format!("line {line}: {}", e.message().replace('\n', " ")))
         })?;
         let nm = |v: f64| v * 1e-9;

@@ -129,7 +129,10 @@ impl Brdf for Phong {
     }
 
     fn albedo(&self, theta_i: f64) -> f64 {
-        let integrate = |wi| self.weight(wi) * ray_average(mirror(wi), |u| versine(self.exponent, u));
-        self.albedo.get_or_init(|| AlbedoTable::new(1, integrate)).at(theta_i)
+        // The original's 1 / cos_theta_i is kept out of the table.
+        let scale = self.scale * TAU / (self.exponent + 1.0);
+        let integrate = |wi| scale * ray_average(mirror(wi), |u| versine(self.exponent, u));
+        let smooth = self.albedo.get_or_init(|| AlbedoTable::new(1, integrate)).at(theta_i);
+        if self.original { smooth / theta_i.cos().max(1e-4) } else { smooth }
     }
 }
