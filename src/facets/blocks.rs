@@ -128,7 +128,7 @@ fn along<S: Simd>(_: S, row: &[f32], per_pitch: f32, columns: &mut Columns) {
         // Comparisons that a NaN fails keep the bound.
         top[k] = if h > top[k] { h } else { top[k] };
         bottom[k] = if h < bottom[k] { h } else { bottom[k] };
-        missing[k] = if h == h { missing[k] } else { 1.0 };
+        missing[k] = if h.is_nan() { 1.0 } else { missing[k] };
         low[k] = if slope < low[k] { slope } else { low[k] };
         high[k] = if slope > high[k] { slope } else { high[k] };
     }
