@@ -12,6 +12,7 @@ use asperity::meter::{self, Geometry, gloss};
 use asperity::optics::{Brdf, Material};
 use asperity::render::{Tile, TilesOptions, render_tiles};
 use asperity::sample::TableBrdf;
+use asperity::scatter::Selection;
 use asperity::scatter::bounce::Walk;
 use asperity::scatter::facet_sum::{Azimuth, facet_sum};
 use asperity::scatter::rays::trace_rays;
@@ -47,7 +48,7 @@ fn group<'a>(c: &'a mut Criterion, name: &str, elements: u64) -> BenchmarkGroup<
 fn slopes(c: &mut Criterion) {
     let map = map(1024);
     let statistics = SlopeStatistics::measure(&map).expect("facets");
-    let cells = HalfVectorCells::for_lobe(&statistics, true);
+    let cells = HalfVectorCells::for_lobe(&statistics, true, 0.01);
     let facets = statistics.facets;
     let mut g = group(c, "1 slopes, per facet of 1024 x 1024 samples", facets);
     g.bench_function("moments and histograms", |b| b.iter(|| SlopeStatistics::measure(black_box(&map))));
@@ -67,14 +68,14 @@ fn slopes(c: &mut Criterion) {
 fn scattering(c: &mut Criterion) {
     let map = map(512);
     let statistics = SlopeStatistics::measure(&map).expect("facets");
-    let cells = HalfVectorCells::for_lobe(&statistics, true);
+    let cells = HalfVectorCells::for_lobe(&statistics, true, 0.01);
     let field = HeightField::new(&map);
     let walk = Walk { field: &field, material: GLASS, max_bounces: 8, steepest: statistics.steepest };
     let mut g = group(c, "3 facet sum with visibility, per facet", statistics.facets);
     for degrees in [20, 45, 60, 75] {
         let theta_i = f64::from(degrees).to_radians();
         g.bench_with_input(BenchmarkId::from_parameter(format!("{degrees} deg")), &theta_i, |b, &theta_i| {
-            b.iter(|| facet_sum(&walk, &cells, theta_i, Azimuth::Fixed(0.0), 1.0));
+            b.iter(|| facet_sum(&walk, &cells, theta_i, Azimuth::Fixed(0.0), &Selection::default()));
         });
     }
     g.finish();
@@ -83,7 +84,7 @@ fn scattering(c: &mut Criterion) {
     for degrees in [20, 45, 60, 75] {
         let theta_i = f64::from(degrees).to_radians();
         g.bench_with_input(BenchmarkId::from_parameter(format!("{degrees} deg")), &theta_i, |b, &theta_i| {
-            b.iter(|| trace_rays(&walk, &cells, theta_i, Azimuth::Fixed(0.0), rays, 1));
+            b.iter(|| trace_rays(&walk, &cells, theta_i, Azimuth::Fixed(0.0), rays, 1, &Selection::default()));
         });
     }
     g.finish();

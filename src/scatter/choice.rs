@@ -1,9 +1,10 @@
 //! Which method serves which incident direction, and the run over all of them.
 
 use super::bounce::Walk;
-use super::cells::HalfVectorCells;
+use super::cells::{HalfVectorCells, TOLERANCE};
 use super::facet_sum::{Azimuth, facet_sum};
 use super::rays::trace_rays;
+use super::selection::Selection;
 use super::slope_histogram::SlopeDensity;
 use super::tally::Tally;
 use crate::error::{Error, Result};
@@ -69,7 +70,7 @@ impl Default for Options {
             material: Material::Dielectric { n: 1.5 },
             theta_i: degrees.map(f64::to_radians).to_vec(),
             phi_i: (0..12).map(|k| (30.0 * f64::from(k)).to_radians()).collect(),
-            tolerance: 0.01,
+            tolerance: TOLERANCE,
             rays: 1_000_000,
             bounces: 8,
             seed: 1,
@@ -146,7 +147,7 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
         Symmetry::Isotropic => true,
         Symmetry::Anisotropic => false,
     };
-    let cells = HalfVectorCells::for_lobe(&statistics, isotropic);
+    let cells = HalfVectorCells::for_lobe(&statistics, isotropic, options.tolerance);
     let density = SlopeDensity::measure(map, &cells, isotropic);
     let hiding = statistics.hiding();
     let decisions: Vec<Decision> = options
@@ -189,8 +190,13 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
             let azimuth = if isotropic { Azimuth::Averaged } else { Azimuth::Fixed(phi) };
             let theta_i = decision.theta_i;
             row.push(match options.method {
-                Method::Rays => trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed),
-                _ if decision.visibility => facet_sum(&walk, &cells, theta_i, azimuth, share),
+                Method::Rays => {
+                    trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed, &Selection::default())
+                        .tally()
+                }
+                _ if decision.visibility => {
+                    facet_sum(&walk, &cells, theta_i, azimuth, &Selection::share(share)).tally()
+                }
                 _ => density.tally(&cells, direction(theta_i, phi), &options.material, &hiding),
             });
             done += 1.0;
