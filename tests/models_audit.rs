@@ -25,7 +25,8 @@ fn definitions(entry: &'static Entry, trials: u64) -> Vec<Definition> {
     }
     let mut all = Vec::new();
     for (number, form) in forms.iter().enumerate() {
-        for trial in 0..trials {
+        // The later forms differ in one factor only.
+        for trial in 0..if number == 0 { trials } else { trials.min(2) } {
             let name = entry.name.bytes().fold(number as u64, |h, b| h.wrapping_mul(31).wrapping_add(u64::from(b)));
             let mut rng = CounterRng::new(3, name as u32, trial);
             let brushed = trial % 3 == 2;
@@ -156,7 +157,7 @@ fn mass(
 /// core are cells of their own.
 #[test]
 fn samplers_draw_what_their_pdfs_say() {
-    const DRAWS: usize = 10_000;
+    const DRAWS: usize = 5_000;
     let rules = [gauss_legendre(5), gauss_legendre(7)];
     let all: Vec<_> = every_definition(3).enumerate().collect();
     all.par_iter().for_each(|(number, (definition, brdf))| {
@@ -178,7 +179,7 @@ fn samplers_draw_what_their_pdfs_say() {
                     continue;
                 }
                 assert!(s.wo.z > 0.0 && (s.wo.length() - 1.0).abs() < 1e-12, "{definition}");
-                if k < 2000 {
+                if k < 1000 {
                     let (pdf, f) = (brdf.pdf(wi, s.wo), brdf.eval(wi, s.wo));
                     assert!((s.pdf / pdf - 1.0).abs() < 1e-6, "{definition} at {theta}: pdf {} {pdf}", s.pdf);
                     let energy = f * s.wo.z;
