@@ -115,7 +115,8 @@ fn a_beckmann_lobe_keeps_its_values_and_its_gloss() {
 }
 
 fn table_gloss(map: &HeightMap, symmetry: Symmetry) -> ([f64; 3], bool, usize) {
-    let options = Options { symmetry, ..Options::default() };
+    // The facets tell of single reflections only; at 85 deg second ones bring a rough map some units more.
+    let options = Options { symmetry, bounces: 1, ..Options::default() };
     let scattered = scatter(map, &options, &|_| ()).unwrap();
     let isotropic = scattered.isotropic;
     let brdf = TableBrdf::new(Table::from_scatter(&scattered, Provenance::default())).unwrap();

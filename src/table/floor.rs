@@ -8,16 +8,18 @@ use std::f64::consts::PI;
 /// Rings of equal projected solid angle over the hemisphere, and patches of each.
 const RINGS: usize = 12;
 const SECTORS: usize = 16;
+/// Wide patches along both.
+const WIDE: usize = 4;
 
 /// A floor below this share of the escaped energy is left in the rest: no scene needs it.
 const LEAST: f64 = 1e-3;
 
-/// Diffuse albedo of a tally: `F = pi min over patches of (f + 2 SE)`, over 192 patches of equal projected solid angle.
+/// Diffuse albedo of a tally: pi times the largest constant that lies under the data.
 ///
-/// The largest constant that the data do not contradict anywhere. A single cell is not asked, only patches of the hemisphere,
-/// and each with its counting error, so that cells empty or low by chance do not pull the floor to zero; a patch without
-/// a hit allows three hits, the 95 % bound of an empty bin. Where a lobe really ends, patches with many hits nearby
-/// and none within say so. `projected` are the projected solid angles of the cells.
+/// The least mean of sixteen wide patches of the hemisphere, unless one of the 192 narrow ones they are made of contradicts it: by
+/// more than two standard errors below, or empty where three hits or more would be due (the 95 % bound of an empty bin).
+/// Single cells are not asked, so those that are empty or low by chance do not pull the floor to zero; and without
+/// light in every wide patch there is none. `projected` are the projected solid angles of the cells.
 pub(super) fn diffuse_albedo(
     cells: &HalfVectorCells,
     tally: &Tally,
@@ -62,14 +64,20 @@ pub(super) fn diffuse_albedo(
     let hits = if tally.beams > 0 { tally.beams as f64 } else { facets.iter().sum::<f64>() };
     let one = escaped / hits.max(1.0);
     let total: f64 = area.iter().sum();
+    let mut wide = [[0.0; 2]; WIDE * WIDE];
     let mut floor = f64::INFINITY;
     for at in 0..RINGS * SECTORS {
-        // A patch that the cells hardly reach, at the very horizon, says nothing.
-        if area[at] < 0.25 * total / (RINGS * SECTORS) as f64 {
-            continue;
+        let group = at / SECTORS * WIDE / RINGS * WIDE + at % SECTORS * WIDE / SECTORS;
+        wide[group][0] += energy[at];
+        wide[group][1] += area[at];
+        // A patch that the cells hardly reach, at the very horizon, says nothing by itself.
+        if area[at] >= 0.25 * total / (RINGS * SECTORS) as f64 {
+            let most = if energy[at] > 0.0 { energy[at] + 2.0 * squares[at].sqrt() } else { 3.0 * one };
+            floor = floor.min(most / area[at]);
         }
-        let most = if energy[at] > 0.0 { energy[at] + 2.0 * squares[at].sqrt() } else { 3.0 * one };
-        floor = floor.min(most / area[at]);
+    }
+    for [energy, area] in wide {
+        floor = floor.min(if area > 0.0 { energy / area } else { f64::INFINITY });
     }
     let albedo = floor * PI;
     if albedo.is_finite() && albedo > LEAST * escaped { albedo.min(escaped) } else { 0.0 }

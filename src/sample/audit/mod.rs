@@ -53,7 +53,7 @@ pub struct Row {
     pub albedo: f64,
     pub integral: f64,
     pub mean_weight: Estimate,
-    /// Mean of `|f(i,o) - f(o,i)| / (f(i,o) + f(o,i))` over the draws, and the same in standard errors where they are known.
+    /// Mean of `|f(i,o) - f(o,i)| / (f(i,o) + f(o,i))` by energy, and the same in standard errors where they are known.
     pub asymmetry: f64,
     pub asymmetry_sigma: Option<f64>,
     /// Integral of the pdf, and what it should be.
@@ -153,7 +153,8 @@ fn row(brdf: &dyn Brdf, error_of: Option<ErrorOf>, options: &Options, number: u6
     let mut counts = vec![0.0; tree.leaves()];
     let mut weights = Moments::default();
     let (mut specular, mut nothing) = (0.0, 0.0);
-    let (mut asymmetry, mut sigma) = (Moments::default(), Moments::default());
+    let (mut asymmetry, mut energy) = (0.0, 0.0);
+    let mut sigma = Moments::default();
     let mut weight_error = 0.0f64;
     for draw in 0..options.draws {
         let Some(s) = brdf.sample(wi, [rng.uniform(), rng.uniform()]) else {
@@ -179,7 +180,9 @@ fn row(brdf: &dyn Brdf, error_of: Option<ErrorOf>, options: &Options, number: u6
         let scale = expected.abs().max(1e-6);
         weight_error = weight_error.max((s.weight - expected).abs() / scale).max((s.pdf / pdf - 1.0).abs());
         if f + back > 0.0 {
-            asymmetry.add((f - back).abs() / (f + back));
+            // By energy: where there is next to no light its asymmetry is of no account.
+            energy += s.weight;
+            asymmetry += s.weight * (f - back).abs() / (f + back);
         }
         if let Some(error_of) = error_of {
             let (a, b) = (error_of(wi, s.wo), error_of(s.wo, wi));
@@ -209,7 +212,7 @@ fn row(brdf: &dyn Brdf, error_of: Option<ErrorOf>, options: &Options, number: u6
         albedo: brdf.albedo(theta),
         integral: masses.iter().map(|m| m[1]).sum::<f64>() + brdf.specular_core(wi),
         mean_weight: weights.estimate(),
-        asymmetry: asymmetry.estimate().value,
+        asymmetry: if energy > 0.0 { asymmetry / energy } else { 0.0 },
         asymmetry_sigma: (sigma.n > 0.0).then(|| sigma.estimate().value),
         pdf_integral,
         pdf_expected: 1.0 - (nothing + specular) / n,

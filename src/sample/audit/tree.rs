@@ -6,7 +6,7 @@ use glam::DVec3;
 /// Leaf boxes for the chi-square test: `2^LEVELS` of about equal share of the draws.
 const LEVELS: u32 = 8;
 /// Splits below a leaf at most, and the share of a leaf to which its integral is found.
-const DEEPEST: u32 = 24;
+const DEEPEST: u32 = 40;
 const SHARE: f64 = 1e-3;
 /// Nodes of the rule along each side of a box.
 const NODES: usize = 6;
@@ -14,7 +14,7 @@ const NODES: usize = 6;
 /// The upper hemisphere as a disc of equal areas, `(x, y) sqrt(2 / (1 + z))` (Lambert 1772), cut at the medians of pilot draws.
 pub(super) struct Tree {
     rule: Vec<(f64, f64)>,
-    pilot: Vec<[f64; 2]>,
+    pilot: Vec<Draw>,
     root: Split,
 }
 
@@ -22,6 +22,9 @@ enum Split {
     Leaf(usize),
     At { axis: usize, place: f64, below: Box<Split>, above: Box<Split> },
 }
+
+/// Place of a draw on the disc, and the first function there.
+type Draw = [f64; 3];
 
 /// Integrals of two functions.
 type Pair = [f64; 2];
@@ -60,7 +63,11 @@ fn from_disc([x, y]: [f64; 2]) -> Option<DVec3> {
 impl Tree {
     /// A tree that follows `pilot` directions.
     pub fn new(pilot: impl IntoIterator<Item = DVec3>) -> Tree {
-        let mut pilot: Vec<[f64; 2]> = pilot.into_iter().map(to_disc).collect();
+        let place = |w| {
+            let [x, y] = to_disc(w);
+            [x, y, 0.0]
+        };
+        let mut pilot: Vec<Draw> = pilot.into_iter().map(place).collect();
         let mut leaves = 0;
         let root = grow(&mut pilot, ALL, LEVELS, &mut leaves);
         Tree { rule: gauss_legendre(NODES), pilot, root }
@@ -83,11 +90,14 @@ impl Tree {
         }
     }
 
-    /// `integral of (f, g) dw` over every leaf. `f` is what the pilot was drawn from: where it disagrees with the pilot the box
-    /// is split on, so that no narrow lobe slips through between the nodes.
+    /// `integral of (f, g) dw` over every leaf. `f` is what the pilot was drawn from: where a draw sees more of it than the
+    /// nodes do the box is split on, so that no narrow lobe slips through between them.
     pub fn integrals(&self, functions: &dyn Fn(DVec3) -> Pair) -> Vec<Pair> {
         let mut sums = Vec::new();
         let mut pilot = self.pilot.clone();
+        for draw in &mut pilot {
+            draw[2] = from_disc([draw[0], draw[1]]).map_or(0.0, |w| functions(w)[0]);
+        }
         self.descend(&self.root, ALL, &mut pilot, functions, &mut sums);
         sums
     }
@@ -96,12 +106,12 @@ impl Tree {
         &self,
         split: &Split,
         area: Area,
-        pilot: &mut [[f64; 2]],
+        pilot: &mut [Draw],
         functions: &dyn Fn(DVec3) -> Pair,
         sums: &mut Vec<Pair>,
     ) {
         match split {
-            Split::Leaf(_) => sums.push(self.refine(area, pilot, functions, self.rule_over(area, functions), 0)),
+            Split::Leaf(_) => sums.push(self.refine(area, pilot, functions, self.rule_over(area, functions).0, 0)),
             Split::At { axis, place, below, above } => {
                 let middle = partition(pilot, *axis, *place);
                 let (left, right) = pilot.split_at_mut(middle);
@@ -115,23 +125,22 @@ impl Tree {
     fn refine(
         &self,
         area: Area,
-        pilot: &mut [[f64; 2]],
+        pilot: &mut [Draw],
         functions: &dyn Fn(DVec3) -> Pair,
         whole: Pair,
         depth: u32,
     ) -> Pair {
         let (axis, place) = cut(pilot, area);
         let parts = area.halves(axis, place);
-        let [a, b] = parts.map(|part| self.rule_over(part, functions));
+        let [(a, peak_a), (b, peak_b)] = parts.map(|part| self.rule_over(part, functions));
         let sum = [a[0] + b[0], a[1] + b[1]];
         // A leaf holds about 1 / leaves of either function.
         let unit = SHARE / f64::from(1u32 << LEVELS) / f64::from(1u32 << (depth / 2).min(20));
         let agrees = (0..2).all(|k| (sum[k] - whole[k]).abs() <= unit.max(0.2 * SHARE * sum[k].abs()));
-        let hits = pilot.len() as f64;
-        let seen = hits / self.pilot.len().max(1) as f64;
-        let noise = 6.0 * (hits + 1.0).sqrt() / self.pilot.len().max(1) as f64;
-        let plausible = pilot.len() < 4 || (sum[0] - seen).abs() <= noise + 0.05 * seen;
-        if (agrees && plausible && depth > 0) || depth == DEEPEST || (agrees && depth > 12) {
+        // Draws of a needle that lies between the nodes see more than the nodes do.
+        let seen = pilot.iter().fold(0.0, |most: f64, draw| most.max(draw[2]));
+        let plausible = seen <= 2.0 * peak_a.max(peak_b);
+        if (agrees && plausible && depth > 0) || depth == DEEPEST {
             return sum;
         }
         let middle = partition(pilot, axis, place);
@@ -142,25 +151,27 @@ impl Tree {
         [a[0] + b[0], a[1] + b[1]]
     }
 
-    fn rule_over(&self, area: Area, functions: &dyn Fn(DVec3) -> Pair) -> Pair {
+    /// The integrals, and the largest value of the first function at a node.
+    fn rule_over(&self, area: Area, functions: &dyn Fn(DVec3) -> Pair) -> (Pair, f64) {
         let half = [0, 1].map(|k| 0.5 * (area.high[k] - area.low[k]));
         let centre = [0, 1].map(|k| 0.5 * (area.high[k] + area.low[k]));
-        let mut sum = [0.0; 2];
+        let (mut sum, mut peak) = ([0.0; 2], 0.0f64);
         for &(x, wx) in &self.rule {
             for &(y, wy) in &self.rule {
                 if let Some(w) = from_disc([centre[0] + x * half[0], centre[1] + y * half[1]]) {
                     let value = functions(w);
                     sum[0] += wx * wy * value[0];
                     sum[1] += wx * wy * value[1];
+                    peak = peak.max(value[0]);
                 }
             }
         }
-        sum.map(|s| s * half[0] * half[1])
+        (sum.map(|s| s * half[0] * half[1]), peak)
     }
 }
 
 /// Where to cut a box: across its longer side, halfway between its middle and the median of the draws in it.
-fn cut(pilot: &mut [[f64; 2]], area: Area) -> (usize, f64) {
+fn cut(pilot: &mut [Draw], area: Area) -> (usize, f64) {
     let side = [0, 1].map(|k| area.high[k] - area.low[k]);
     let axis = usize::from(side[1] > side[0]);
     let middle = 0.5 * (area.low[axis] + area.high[axis]);
@@ -174,7 +185,7 @@ fn cut(pilot: &mut [[f64; 2]], area: Area) -> (usize, f64) {
     (axis, place.clamp(area.low[axis] + 0.02 * side[axis], area.high[axis] - 0.02 * side[axis]))
 }
 
-fn grow(pilot: &mut [[f64; 2]], area: Area, levels: u32, leaves: &mut usize) -> Split {
+fn grow(pilot: &mut [Draw], area: Area, levels: u32, leaves: &mut usize) -> Split {
     if levels == 0 || pilot.len() < 32 {
         *leaves += 1;
         return Split::Leaf(*leaves - 1);
@@ -207,7 +218,7 @@ fn count(split: &Split) -> usize {
 }
 
 /// Moves what lies below `place` to the front and says how much that is.
-fn partition(pilot: &mut [[f64; 2]], axis: usize, place: f64) -> usize {
+fn partition(pilot: &mut [Draw], axis: usize, place: f64) -> usize {
     let mut middle = 0;
     for k in 0..pilot.len() {
         if pilot[k][axis] < place {
