@@ -16,8 +16,31 @@ const WIDER: f32 = 1e-6;
 /// Slope bounds where a facet is missing: the surface may jump.
 const UNKNOWN: [f32; 2] = [f32::NEG_INFINITY, f32::INFINITY];
 
-/// Rings of blocks that are looked through for what stands in the way.
-const REACH: usize = 32;
+/// Rings of blocks that are looked through for what stands in the way; ring `k` lies from `2^k` to `2^(k+1)` blocks away.
+pub const RINGS: usize = 5;
+
+/// What may stand in the way of beams from a block towards one quadrant.
+#[derive(Debug, Clone, Copy)]
+pub struct Outlook {
+    /// Steepest climb of the surface within the next `SIDE` cells.
+    pub climb: f32,
+    /// Highest vertices up to the far side of each ring \[m\].
+    pub tops: [f32; RINGS],
+    /// Sine of the elevation above which a beam from anywhere in the block escapes.
+    pub sine: f32,
+}
+
+impl Outlook {
+    fn clear_sine(&self, bottom: f32, highest: f32, side: f32) -> f32 {
+        let mut climb = self.climb;
+        for (ring, top) in self.tops.into_iter().enumerate() {
+            climb = climb.max((top - bottom) / ((1 << ring) as f32 * side));
+        }
+        climb = climb.max((highest - bottom) / ((1 << RINGS) as f32 * side));
+        // An unknown climb becomes a sine above 1, which no direction exceeds.
+        if climb.is_finite() { climb / (1.0 + climb * climb).sqrt() + 4.0 * WIDER } else { 2.0 }
+    }
+}
 
 /// The bounds of one block.
 #[derive(Debug, Clone, Copy)]
@@ -178,18 +201,17 @@ impl Blocks {
         self.bottoms.iter().copied().fold(f32::INFINITY, f32::min)
     }
 
-    /// Sine of the elevation above which a beam from any point of each block escapes towards each quadrant,
-    /// by the steepest slopes nearby and the highest vertices of squares that double in size.
+    /// What each block sees towards each quadrant: the steepest slopes nearby and the highest vertices of squares that
+    /// double in size.
     ///
     /// Quadrant `k`: towards +x if `k & 1`, towards +y (against the row) if `k & 2`.
-    pub fn clear_sines(&self, map: &HeightMap, highest: f32) -> Vec<[f32; 4]> {
+    pub fn outlooks(&self, map: &HeightMap, highest: f32) -> Vec<[Outlook; 4]> {
         let (nx, ny) = slopes::cells(map);
         let repeated = map.edges != Edges::Open;
         // A border amid a block makes a step of one block shorter than `SIDE` cells, once every tile.
         let ragged = repeated && (nx % SIDE != 0 || ny % SIDE != 0);
-        let small = ragged && nx.min(ny) < REACH * SIDE;
-        let side = SIDE as f32 * map.pitch_x.min(map.pitch_y) as f32;
-        let mut sines = vec![[0.0f32; 4]; self.blocks.len()];
+        let small = ragged && nx.min(ny) < (SIDE << RINGS);
+        let mut outlooks = vec![[Outlook { climb: 0.0, tops: [highest; RINGS], sine: 0.0 }; 4]; self.blocks.len()];
         for quadrant in 0..4 {
             let step = [if quadrant & 1 == 1 { 1 } else { -1 }, if quadrant & 2 == 2 { -1 } else { 1 }];
             // A mirrored tile turns its slopes round.
@@ -197,36 +219,26 @@ impl Blocks {
             let mut climbs: Vec<f32> = self.blocks.iter().map(|b| b.climb_in(towards)).collect();
             if small {
                 let steepest = climbs.iter().copied().fold(0.0, f32::max);
-                climbs.fill(steepest);
-            } else {
-                let widen = |v: &mut Vec<f32>, by: usize| *v = self.widened(v, step, by as isize, map.edges);
-                let mut tops: Vec<f32> = self.blocks.iter().map(|b| b.top).collect();
-                for _ in 0..if ragged { 3 } else { 1 } {
-                    widen(&mut climbs, 1);
-                    widen(&mut tops, 1);
-                }
-                let mut steep = climbs.clone();
-                widen(&mut steep, 1);
-                let mut from = 1;
-                while from < REACH {
-                    widen(&mut tops, from);
-                    for (k, climb) in climbs.iter_mut().enumerate() {
-                        let over = (tops[k] - self.bottoms[k]) / (from as f32 * side);
-                        *climb = climb.max(if from == 1 { over.min(steep[k]) } else { over });
-                    }
-                    from *= 2;
-                }
-                for (climb, bottom) in climbs.iter_mut().zip(&self.bottoms) {
-                    *climb = climb.max((highest - bottom) / (REACH as f32 * side));
-                }
+                outlooks.iter_mut().for_each(|o| o[quadrant].climb = steepest);
+                continue;
             }
-            for (sines, climb) in sines.iter_mut().zip(climbs) {
-                // An unknown climb becomes a sine above 1, which no direction exceeds.
-                let sine = if climb.is_finite() { climb / (1.0 + climb * climb).sqrt() } else { 2.0 };
-                sines[quadrant] = sine + 4.0 * WIDER;
+            let widen = |v: &mut Vec<f32>, by: usize| *v = self.widened(v, step, by as isize, map.edges);
+            let mut tops: Vec<f32> = self.blocks.iter().map(|b| b.top).collect();
+            for _ in 0..if ragged { 3 } else { 1 } {
+                widen(&mut climbs, 1);
+                widen(&mut tops, 1);
+            }
+            outlooks.iter_mut().zip(climbs).for_each(|(o, climb)| o[quadrant].climb = climb * (1.0 + WIDER));
+            for ring in 0..RINGS {
+                widen(&mut tops, 1 << ring);
+                outlooks.iter_mut().zip(&tops).for_each(|(o, &top)| o[quadrant].tops[ring] = top);
             }
         }
-        sines
+        let side = SIDE as f32 * map.pitch_x.min(map.pitch_y) as f32;
+        for (outlooks, bottom) in outlooks.iter_mut().zip(&self.bottoms) {
+            outlooks.iter_mut().for_each(|o| o.sine = o.clear_sine(*bottom, highest, side));
+        }
+        outlooks
     }
 
     /// Each value replaced by the largest of itself and its three neighbours `by` blocks along the quadrant's axes.

@@ -2,7 +2,7 @@
 
 use super::blocks::SHIFT;
 use super::slopes;
-use super::visibility::{Fate, HeightField, Hit, Ray, plane};
+use super::visibility::{Fate, HeightField, Hit, Ray, plane, quadrant};
 use crate::heightmap::Edges;
 
 /// A ray that crosses this many tiles is as good as horizontal.
@@ -22,8 +22,8 @@ impl HeightField<'_> {
     pub fn trace(&self, ray: Ray, own: Option<([usize; 2], bool)>) -> Fate {
         let d = ray.direction;
         if let Some((cell, _)) = own {
-            let sine = f64::from(self.clear_sines(cell)[usize::from(d.x > 0.0) + 2 * usize::from(d.y > 0.0)]);
-            if d.z > 0.0 && d.z * d.z >= sine * sine * d.length_squared() {
+            let sine = f64::from(self.outlooks(cell)[quadrant(d)].sine);
+            if d.z > 0.0 && (d.z * d.z >= sine * sine * d.length_squared() || self.is_free(ray, cell)) {
                 return Fate::Escaped([1.0, 1.0]);
             }
         }

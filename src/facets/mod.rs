@@ -3,6 +3,8 @@
 pub mod blocks;
 pub mod distribution;
 pub mod march;
+pub mod row_sight;
+pub mod sight;
 pub mod slopes;
 pub mod visibility;
 

@@ -1,6 +1,6 @@
 //! First hit of a ray on the height field: who hides whom.
 
-use super::blocks::{Block, Blocks};
+use super::blocks::{Block, Blocks, Outlook};
 use super::slopes;
 use crate::heightmap::HeightMap;
 use glam::DVec3;
@@ -45,7 +45,7 @@ pub enum Fate {
 /// The two-triangle surface over a map with bounds of its blocks: their highest vertices in a pyramid, their slopes,
 /// and how far up a beam must go to be free.
 ///
-/// About a thirtieth of the heights in memory. [`HeightField::trace`] gives the exact first hit.
+/// About half the heights in memory. [`HeightField::trace`] gives the exact first hit.
 pub struct HeightField<'a> {
     map: &'a HeightMap,
     pub(super) heights: Cow<'a, [f32]>,
@@ -53,7 +53,7 @@ pub struct HeightField<'a> {
     pub(super) blocks: Blocks,
     /// Highest vertices of squares of 2, 4, 8, ... blocks: width and values.
     pub(super) pyramid: Vec<(usize, Vec<f32>)>,
-    clear: Vec<[f32; 4]>,
+    outlooks: Vec<[Outlook; 4]>,
     pub(super) lowest: f64,
     pub(super) highest: f64,
 }
@@ -65,7 +65,7 @@ impl<'a> HeightField<'a> {
         let blocks = Blocks::new(map);
         let highest = blocks.blocks.iter().map(|b| b.top).fold(f32::NEG_INFINITY, f32::max);
         let lowest = blocks.lowest();
-        let clear = blocks.clear_sines(map, highest);
+        let outlooks = blocks.outlooks(map, highest);
         let heights = match map.heights.as_slice() {
             Some(heights) => Cow::Borrowed(heights),
             None => Cow::Owned(map.heights.iter().copied().collect()),
@@ -76,7 +76,7 @@ impl<'a> HeightField<'a> {
             cells: [nx, ny],
             pyramid: pyramid(&blocks),
             blocks,
-            clear,
+            outlooks,
             lowest: f64::from(lowest),
             highest: f64::from(highest),
         }
@@ -107,11 +107,11 @@ impl<'a> HeightField<'a> {
         z.is_finite().then_some(z)
     }
 
-    /// Sine of the elevation above which a beam that leaves the surface in a cell is sure to escape, for each quadrant:
-    /// towards +x if `k & 1`, towards +y if `k & 2`. A bound, not a horizon: what goes lower may escape, too.
+    /// What may stand in the way of beams that leave the surface in a cell, for each quadrant: towards +x if `k & 1`,
+    /// towards +y if `k & 2`. Bounds, not horizons: what they do not let through may escape, too.
     #[inline]
-    pub fn clear_sines(&self, [column, row]: [usize; 2]) -> &[f32; 4] {
-        &self.clear[self.blocks.index(column, row)]
+    pub fn outlooks(&self, [column, row]: [usize; 2]) -> &[Outlook; 4] {
+        &self.outlooks[self.blocks.index(column, row)]
     }
 
     /// Heights of the corners of a cell as [`slopes::of_corners`] takes them.
@@ -129,6 +129,12 @@ impl<'a> HeightField<'a> {
     pub(super) fn block(&self, column: usize, row: usize) -> &Block {
         &self.blocks.blocks[self.blocks.index(column, row)]
     }
+}
+
+/// The quadrant a direction points to, as [`HeightField::outlooks`] counts them.
+#[inline]
+pub fn quadrant(d: DVec3) -> usize {
+    usize::from(d.x > 0.0) + 2 * usize::from(d.y > 0.0)
 }
 
 /// `h = g0 + gu u + gv v` over one triangle of a cell, u along the columns, v along the rows.
