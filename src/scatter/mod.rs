@@ -1,6 +1,7 @@
 //! Floor 4: how the facets scatter: detectors, tallies, the facet sum and the naive rays.
 
 pub mod accumulator;
+pub mod axis;
 pub mod bounce;
 pub mod cells;
 pub mod choice;
@@ -11,6 +12,7 @@ pub mod first_bounces;
 pub mod hats;
 pub mod lanes;
 pub mod rays;
+pub mod rings;
 pub mod selection;
 pub mod slope_histogram;
 pub mod tally;
