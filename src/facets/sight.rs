@@ -1,98 +1,22 @@
 //! Whether a beam is free, without asking where it would hit.
 
 use super::blocks::{Outlook, RINGS, SIDE};
-use super::visibility::{HeightField, Ray, quadrant};
-
-/// Samples a beam may travel to become free; what goes further is left to the march, which strides ahead.
-const FARTHEST: f64 = 96.0;
+use super::visibility::HeightField;
 
 impl HeightField<'_> {
-    /// Whether a beam that leaves the surface in `cell` is sure to escape: it stays above the surface at every edge of the
-    /// mesh within the distance at which something could stand in its way. `false` says nothing.
-    ///
-    /// The three families of edges (along the rows, along the columns, diagonal) are asked one after the other at
-    /// evenly spaced points, which is far cheaper than cell by cell.
-    pub fn is_free(&self, ray: Ray, cell: [usize; 2]) -> bool {
-        let d = ray.direction;
-        let flat = (d.x * d.x + d.y * d.y).sqrt();
-        if d.z <= 0.0 {
-            return false;
-        }
-        let Some([from, to]) = self.doubtful(&self.outlooks(cell)[quadrant(d)], ray.z, d.z / flat) else { return true };
-        let map = self.map();
-        // Per metre of way over the mean plane.
-        let (dx, dy, dz) = (d.x / (flat * map.pitch_x), -d.y / (flat * map.pitch_y), d.z / flat);
-        let width = map.width();
-        let last = [width - 1, map.height() - 1].map(|n| n as f64);
-        let ends = [ray.column + dx * to, ray.row + dy * to];
-        let inside = [[ray.column, ray.row], ends].iter().all(|x| (0..2).all(|k| x[k] > 0.0 && x[k] < last[k]))
-            && (ends[0] - ray.column).abs() + (ends[1] - ray.row).abs() < FARTHEST;
-        if !inside {
-            return false;
-        }
-        let heights = &self.heights[..];
-        let above = |z: f64, first: usize, second: usize, share: f64| {
-            let (a, b) = (f64::from(heights[first]), f64::from(heights[second]));
-            // A missing vertex fails.
-            z >= a + share * (b - a)
-        };
-        // Whole values of the coordinate that starts at `o` and grows by `rate`, from `from` to `to`.
-        let crossings = |o: f64, rate: f64| {
-            let (a, b) = (o + rate * from, o + rate * to);
-            let low = if a < b { a } else { b };
-            let high = if a < b { b } else { a };
-            (low as i64 + i64::from(low > 0.0), high as i64 - i64::from(high < 0.0))
-        };
-        let (first, last) = crossings(ray.column, dx);
-        let per = 1.0 / dx;
-        for k in first..=last {
-            let t = (k as f64 - ray.column) * per;
-            let y = ray.row + dy * t;
-            let row = y as usize;
-            let place = row * width + k as usize;
-            if !above(ray.z + dz * t, place, place + width, y - row as f64) {
-                return false;
-            }
-        }
-        let (first, last) = crossings(ray.row, dy);
-        let per = 1.0 / dy;
-        for k in first..=last {
-            let t = (k as f64 - ray.row) * per;
-            let x = ray.column + dx * t;
-            let column = x as usize;
-            let place = k as usize * width + column;
-            if !above(ray.z + dz * t, place, place + 1, x - column as f64) {
-                return false;
-            }
-        }
-        let (across, rate) = (ray.column - ray.row, dx - dy);
-        let (first, last) = crossings(across, rate);
-        let per = 1.0 / rate;
-        for k in first..=last {
-            let t = (k as f64 - across) * per;
-            let x = ray.column + dx * t;
-            let column = x as usize;
-            let row = column as i64 - k;
-            let place = (row * width as i64 + column as i64) as usize;
-            if !above(ray.z + dz * t, place, place + width + 1, x - column as f64) {
-                return false;
-            }
-        }
-        true
-    }
-
-    /// The stretch over the mean plane \[m\] where something could stand in the way of a beam that climbs from height `z`;
-    /// `None` if nothing can.
+    /// The stretch over the mean plane \[m\] where something could stand in the way of a beam that climbs `climb` metres per
+    /// metre from height `z`; `None` if nothing can.
     #[inline]
     pub(super) fn doubtful(&self, outlook: &Outlook, z: f64, climb: f64) -> Option<[f64; 2]> {
         let map = self.map();
-        let side = SIDE as f64 * map.pitch_x.min(map.pitch_y);
+        let side = SIDE as f64 * if map.pitch_x < map.pitch_y { map.pitch_x } else { map.pitch_y };
         let (mut from, mut to) = (f64::INFINITY, 0.0);
         if climb < f64::from(outlook.climb) {
             (from, to) = (0.0, side);
         }
         let mut inner = side;
-        for (ring, top) in outlook.tops.into_iter().map(f64::from).chain([self.highest]).enumerate() {
+        for ring in 0..=RINGS {
+            let top = if ring < RINGS { f64::from(outlook.tops[ring]) } else { self.highest };
             if z + climb * inner < top {
                 from = if from < inner { from } else { inner };
                 let (there, outer) = ((top - z) / climb, 2.0 * inner);
@@ -102,4 +26,62 @@ impl HeightField<'_> {
         }
         (to > 0.0).then_some([from, to])
     }
+
+    /// Whether a ray `o + t d` (samples), `z[0] + t z[1]` (metres) stays above every edge of the mesh that it crosses for `t`
+    /// within `times`, all of it on the map. `false` says nothing.
+    ///
+    /// The three families of edges (along the columns, along the rows, diagonal) are crossed at evenly spaced
+    /// times, which is far cheaper to follow than the way from cell to cell.
+    pub(super) fn is_above_edges(&self, o: [f64; 2], d: [f64; 2], z: [f64; 2], times: [f64; 2]) -> bool {
+        let width = self.map().width();
+        let last = [width - 1, self.map().height() - 1].map(|n| n as f64);
+        let ends = times.map(|t| [o[0] + d[0] * t, o[1] + d[1] * t]);
+        if !ends.iter().all(|x| (0..2).all(|k| x[k] >= 0.0 && x[k] < last[k])) {
+            return false;
+        }
+        let heights = &self.heights[..];
+        let is_above = |t: f64, first: usize, step: usize, share: f64| {
+            // Rounding may put a crossing beyond the border; that fails, and so does a missing vertex.
+            let (Some(&a), Some(&b)) = (heights.get(first), heights.get(first.wrapping_add(step))) else {
+                return false;
+            };
+            let (a, b) = (f64::from(a), f64::from(b));
+            z[0] + z[1] * t >= a + share * (b - a)
+        };
+        let across = (o[0] - o[1], d[0] - d[1]);
+        let per = [1.0 / d[0], 1.0 / d[1], 1.0 / across.1];
+        for k in passed(ends[0][0], ends[1][0]) {
+            let t = (k as f64 - o[0]) * per[0];
+            let y = o[1] + d[1] * t;
+            let row = y as usize;
+            if !is_above(t, row * width + k as usize, width, y - row as f64) {
+                return false;
+            }
+        }
+        for k in passed(ends[0][1], ends[1][1]) {
+            let t = (k as f64 - o[1]) * per[1];
+            let x = o[0] + d[0] * t;
+            let column = x as usize;
+            if !is_above(t, k as usize * width + column, 1, x - column as f64) {
+                return false;
+            }
+        }
+        for k in passed(ends[0][0] - ends[0][1], ends[1][0] - ends[1][1]) {
+            let t = (k as f64 - across.0) * per[2];
+            let x = o[0] + d[0] * t;
+            let column = x as usize;
+            let first = ((column as i64 - k) as usize).wrapping_mul(width).wrapping_add(column);
+            if !is_above(t, first, width + 1, x - column as f64) {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// The whole numbers between two numbers.
+#[inline]
+fn passed(a: f64, b: f64) -> std::ops::RangeInclusive<i64> {
+    let (low, high) = if a < b { (a, b) } else { (b, a) };
+    low as i64 + i64::from(low > 0.0)..=high as i64 - i64::from(high < 0.0)
 }

@@ -51,7 +51,7 @@ pub struct HeightField<'a> {
     pub(super) heights: Cow<'a, [f32]>,
     pub(super) cells: [usize; 2],
     pub(super) blocks: Blocks,
-    /// Highest vertices of squares of 2, 4, 8, ... blocks: width and values.
+    /// Highest vertices of squares of 1, 2, 4, ... blocks: width and values.
     pub(super) pyramid: Vec<(usize, Vec<f32>)>,
     outlooks: Vec<[Outlook; 4]>,
     pub(super) lowest: f64,
@@ -146,17 +146,18 @@ pub(super) fn plane([a, b, c, d]: [f32; 4], upper: bool) -> [f64; 3] {
 
 /// Maximum mipmap over the blocks (Tevs, Ihrke and Seidel 2008).
 fn pyramid(blocks: &Blocks) -> Vec<(usize, Vec<f32>)> {
-    let mut levels: Vec<(usize, Vec<f32>)> = Vec::new();
-    let (mut width, mut below): (usize, Vec<f32>) = (blocks.width, blocks.blocks.iter().map(|b| b.top).collect());
-    while below.len() > 1 {
+    let mut levels = vec![(blocks.width, blocks.blocks.iter().map(|b| b.top).collect::<Vec<f32>>())];
+    loop {
+        let (width, below) = &levels[levels.len() - 1];
+        if below.len() == 1 {
+            return levels;
+        }
         let (half, rows) = (width.div_ceil(2), (below.len() / width).div_ceil(2));
         let mut maxima = vec![f32::NEG_INFINITY; half * rows];
         for (k, &m) in below.iter().enumerate() {
             let target = &mut maxima[k / width / 2 * half + k % width / 2];
             *target = target.max(m);
         }
-        levels.push((half, maxima.clone()));
-        (width, below) = (half, maxima);
+        levels.push((half, maxima));
     }
-    levels
 }

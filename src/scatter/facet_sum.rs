@@ -1,7 +1,7 @@
 //! The deterministic facet sum: every facet is a beam.
 
 use super::accumulator::Accumulator;
-use super::bounce::{Arrival, Walk};
+use super::bounce::{Arrival, Departure, Walk};
 use super::detectors::Detectors;
 use super::facing::{Facing, facing};
 use super::first_bounces::FirstBounces;
@@ -10,7 +10,7 @@ use super::selection::{Footprint, Selection};
 use crate::facets::blocks::SIDE;
 use crate::facets::row_sight::{self, RUN, RowSight};
 use crate::facets::slopes;
-use crate::facets::visibility::{Fate, Ray, quadrant};
+use crate::facets::visibility::{Fate, quadrant};
 use crate::math::direction;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -168,7 +168,7 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
     /// The detector of each facet's own reflection.
     fn find_detectors(&self, run: &Run, lanes: &mut Lanes) {
         if let Some(cells) = self.detectors.slope_cells() {
-            lanes.locate(cells);
+            lanes.locate(self.level, cells);
             return;
         }
         let wi = direction(self.theta_i, run.phi - run.turn);
@@ -204,26 +204,25 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
         let (u, v) = if upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
         let third = corners[if upper { 1 } else { 2 }];
         let point = [cell[0] as f64 + u, cell[1] as f64 + v, (corners[0] + corners[3] + third) / 3.0];
+        let arrival = Arrival { point, facet: (cell, upper), slope, back: run.wi, flip: [1.0, 1.0] };
+        let mut fate = None;
         if lanes.doubt[k] == lanes::EXIT {
-            let ray = Ray { column: point[0], row: point[1], z: point[2], direction: wo };
-            if field.is_free(ray, cell) {
+            let onward = self.walk.onward(&arrival, wo);
+            if wo.z > 0.0 && matches!(onward, Fate::Escaped(_)) {
                 return;
             }
+            fate = Some(onward);
             (lanes.weight[k], lanes.energy[k]) = (0, 0);
-        }
-        let arrival = Arrival { point, facet: (cell, upper), slope, back: run.wi, flip: [1.0, 1.0] };
-        if lanes.doubt[k] == lanes::ALL
-            && let Fate::Hit(_) = self.walk.onward(&arrival, run.wi)
-        {
+        } else if let Fate::Hit(_) = self.walk.onward(&arrival, run.wi) {
             slow.shadowed(weight);
             return;
         }
-        self.follow(run, arrival, weight, lanes.slot[k] as usize, slow);
+        let end = self.walk.follow_on(arrival, fate);
+        self.add_end(run, end, weight, lanes.slot[k] as usize, slow);
     }
 
-    /// Follows the beam of one facet to its end; `slot` is the facet's half-vector cell.
-    fn follow(&self, run: &Run, arrival: Arrival, weight: f64, slot: usize, sum: &mut Accumulator) {
-        let end = self.walk.follow(arrival);
+    /// Counts the beam of one facet where it ended; `slot` is the facet's half-vector cell.
+    fn add_end(&self, run: &Run, end: Departure, weight: f64, slot: usize, sum: &mut Accumulator) {
         let Some((wo, energy)) = end.escaped else {
             sum.lost(weight, end.lost);
             return;

@@ -2,6 +2,7 @@
 
 pub mod accumulator;
 pub mod axis;
+pub mod beam;
 pub mod bounce;
 pub mod cells;
 pub mod choice;
