@@ -30,9 +30,8 @@ impl HeightField<'_> {
             if d.z * d.z >= sine * sine * (flat + d.z * d.z) {
                 return Fate::Escaped([1.0, 1.0]);
             }
-            let flat = flat.sqrt();
-            match self.doubtful(outlook, ray.z, d.z / flat) {
-                Some([_, to]) => end = to / flat,
+            match self.doubtful(outlook, ray.z, d) {
+                Some([_, to]) => end = to / flat.sqrt(),
                 None => return Fate::Escaped([1.0, 1.0]),
             }
         }
@@ -120,9 +119,9 @@ impl<'f> March<'f> {
             let (width, maxima) = &self.field.pyramid[level];
             let highest = f64::from(maxima[(r >> shift) * width + (c >> shift)]);
             let k = usize::from(to[0] > to[1]);
-            if low >= highest {
+            let clear = low >= highest;
+            if clear {
                 self.above = greater(z_out - highest, 0.0);
-                level = (level + 1).min(top);
             } else if level > 0 {
                 level -= 1;
                 continue;
@@ -149,7 +148,12 @@ impl<'f> March<'f> {
             let last = (first + (1 << shift)).min(self.field.cells[j] as i64) - 1;
             // Positions are not negative, so truncation is the floor, and cheaper.
             self.cell[j] = ((self.o[j] + self.d[j] * out) as i64).clamp(first, last);
+            let left = self.cell[k];
             self.cell[k] = if self.d[k] > 0.0 { edge[k] } else { edge[k] - 1 };
+            // Larger strides begin where a larger square does.
+            if clear && level < top && (left ^ self.cell[k]) >> (shift + 1) != 0 {
+                level += 1;
+            }
             self.t = out;
             if self.is_outside() && !self.enter_next_tile(&mut tiles) {
                 return self.fate_beyond(tiles);
@@ -163,7 +167,8 @@ impl<'f> March<'f> {
         if self.above < 0.0 {
             return false;
         }
-        let gain = self.dz - self.field.block(c, r).climb(metres[0], metres[1]);
+        let quadrant = usize::from(metres[0] > 0.0) + 2 * usize::from(metres[1] > 0.0);
+        let gain = self.dz - self.field.block(c, r).climb(quadrant).along(metres[0], metres[1]);
         let after = self.above + gain * (out - self.t);
         // An unknown climb compares as false.
         if gain >= 0.0 || after >= 0.0 {

@@ -30,7 +30,7 @@ pub struct RowSight {
     crossings: Vec<Crossing>,
     upper: bool,
     quadrant: usize,
-    climb: f64,
+    wi: DVec3,
     farthest: f64,
 }
 
@@ -79,7 +79,7 @@ impl RowSight {
             add(t, u + dx * t, &|column| ([column - k, column - k + 1], [column, column + 1]));
         }
         crossings.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-        RowSight { crossings, upper, quadrant: quadrant(wi), climb, farthest }
+        RowSight { crossings, upper, quadrant: quadrant(wi), wi, farthest }
     }
 
     /// Which of the facets of the cells `column..column + RUN` see the source. Facets near a border, or so close to a shadow's
@@ -97,7 +97,7 @@ impl RowSight {
         let (mut from, mut to) = (f64::INFINITY, 0.0f64);
         for block in (column..column + lanes).step_by(SIDE) {
             let outlook = &field.outlooks([block, row])[self.quadrant];
-            if let Some([a, b]) = field.doubtful(outlook, lowest, self.climb) {
+            if let Some([a, b]) = field.doubtful(outlook, lowest, self.wi) {
                 (from, to) = (from.min(a), to.max(b));
             }
         }

@@ -2,16 +2,20 @@
 
 use super::blocks::{Outlook, RINGS, SIDE};
 use super::visibility::HeightField;
+use glam::DVec3;
 
 impl HeightField<'_> {
-    /// The stretch over the mean plane \[m\] where something could stand in the way of a beam that climbs `climb` metres per
-    /// metre from height `z`; `None` if nothing can.
+    /// The stretch over the mean plane \[m\] where something could stand in the way of a beam along the unit vector `d`, upwards
+    /// from height `z`; `None` if nothing can.
     #[inline]
-    pub(super) fn doubtful(&self, outlook: &Outlook, z: f64, climb: f64) -> Option<[f64; 2]> {
+    pub(super) fn doubtful(&self, outlook: &Outlook, z: f64, d: DVec3) -> Option<[f64; 2]> {
         let map = self.map();
         let side = SIDE as f64 * if map.pitch_x < map.pitch_y { map.pitch_x } else { map.pitch_y };
+        let climb = d.z / (d.x * d.x + d.y * d.y).sqrt();
         let (mut from, mut to) = (f64::INFINITY, 0.0);
-        if climb < f64::from(outlook.climb) {
+        // An unknown climb is never outdone.
+        let outdone = d.z >= outlook.climb.along(d.x, d.y);
+        if !outdone {
             (from, to) = (0.0, side);
         }
         let mut inner = side;

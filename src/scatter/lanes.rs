@@ -238,7 +238,7 @@ mod tests {
     /// Against the scalar functions in f64, for every material and both kinds of facets.
     #[test]
     fn lanes_equal_single_facets() {
-        let vertex = |k: usize| ((k * 7919 % 101) as f32 - 50.0) * 8e-9;
+        let vertex = |k: usize| ((k * 7919 % 101) as f32 - 50.0) * if k / 7 % 2 == 1 { 7e-9 } else { 3.5e-9 };
         let top: Vec<f32> = (0..=RUN).map(vertex).collect();
         let bottom: Vec<f32> = (0..=RUN).map(|k| vertex(k + 1000)).collect();
         let pitch = [0.5e-6, 0.7e-6];
@@ -247,11 +247,11 @@ mod tests {
         let ground = Ground { top: &top, bottom: &bottom, clear: [&clear; 4], seen: &seen };
         let wi = direction(1.1, 0.7);
         let light = Light::new(wi, 0.0, pitch);
+        let mut count = [0; 4];
         for material in [Material::Mirror, Material::Dielectric { n: 1.5 }, Material::Conductor { n: 1.0, k: 6.6 }] {
             for upper in [false, true] {
                 let mut lanes = Lanes::default();
                 lanes.shine(Level::new(), &light, &ground, &material, upper);
-                let mut count = [0; 4];
                 for k in 0..RUN {
                     let corners = [top[k], top[k + 1], bottom[k], bottom[k + 1]].map(f64::from);
                     let (p, q) = crate::facets::slopes::of_corners(corners, pitch[0], pitch[1])[usize::from(upper)];
@@ -274,8 +274,8 @@ mod tests {
                     count[usize::from(doubt)] += 1;
                     count[3] += usize::from(f.is_none());
                 }
-                assert!(count.iter().all(|&n| n > 0), "{count:?}");
             }
         }
+        assert!(count.iter().all(|&n| n > 0), "{count:?}");
     }
 }
