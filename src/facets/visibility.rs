@@ -72,7 +72,11 @@ impl<'a> HeightField<'a> {
             }
         }
         let highest = f64::from(base.iter().copied().fold(f32::NEG_INFINITY, f32::max));
-        let lowest = f64::from(map.heights.iter().copied().fold(f32::INFINITY, f32::min));
+        let mut lowest = f64::from(map.heights.iter().copied().fold(f32::INFINITY, f32::min));
+        if lowest == highest {
+            // Even a flat map has an above and a below, or no ray would cross it.
+            lowest -= 1e-9 * map.pitch_x.min(map.pitch_y);
+        }
         let mut levels = vec![Level { width: nx, maxima: base }];
         while levels[levels.len() - 1].maxima.len() > 1 {
             let below = &levels[levels.len() - 1];
