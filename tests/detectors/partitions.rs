@@ -24,7 +24,7 @@ fn fixed() -> Vec<(&'static str, Box<dyn Detectors>)> {
 
 /// A lobe about as wide as the hemisphere, off centre and elliptic.
 fn slopes() -> HalfVectorCells {
-    HalfVectorCells::new([0.1, -0.05], [0.9, 0.5], 0.4)
+    HalfVectorCells::new([0.1, -0.05], [0.9, 0.5], 0.4, 0.01)
 }
 
 /// Uniform over the disc of direction cosines: density `cos(theta) / pi` per solid angle.
