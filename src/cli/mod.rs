@@ -54,6 +54,8 @@ enum Verb {
 /// Runs the command line. Exit code 0 done, 1 failed, 2 usage.
 pub fn run() -> std::process::ExitCode {
     let cli = Cli::parse();
+    // 130 is what a shell reports for a program ended by Ctrl-C.
+    let _ = ctrlc::set_handler(|| crate::output::abandon(130));
     if let Some(threads) = cli.threads {
         // Only the first call can set the pool, and this is it.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
