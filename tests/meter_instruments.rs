@@ -72,13 +72,17 @@ fn mirror_and_white_diffuser() {
 /// A white diffuser reads 100 % at every aspecular angle: the closed form of the projected solid angles.
 #[test]
 fn reflectance_factors_of_a_diffuser() {
-    for got in read(&named("metallic-5"), "lambert:rho=0.6") {
+    let options = Options { tolerance: 0.03, ..Options::default() };
+    let factors = |meter: &Instrument, text: &str| -> Vec<Estimate> {
+        meter.measure(&*model(text), &options).unwrap().into_iter().map(|r| r.estimate).collect()
+    };
+    for got in factors(&named("metallic-5"), "lambert:rho=0.6") {
         assert!((got.value - 60.0).abs() < 1e-3 + 4.0 * got.standard_error, "{got:?}");
     }
     let names = named("metallic-5");
     assert_eq!(names.readings(), ["15", "25", "45", "75", "110"]);
     // A lobe about the mirror direction falls off with the aspecular angle.
-    let lobe = read(&names, "ggx:alpha=0.3,material=al");
+    let lobe = factors(&names, "ggx:alpha=0.3,material=al");
     assert!(lobe.windows(2).all(|w| w[0].value > w[1].value), "{lobe:?}");
     // Small stops read pi f_r at their axes.
     let mut point = named("metallic-3");
@@ -86,20 +90,20 @@ fn reflectance_factors_of_a_diffuser() {
     point.receptors.iter_mut().for_each(|r| r.shape = Shape::Disc(1e-3));
     let brdf = model("ggx:alpha=0.3,material=al");
     let r = f64::to_radians;
-    for (got, theta_r) in read(&point, "ggx:alpha=0.3,material=al").iter().zip([30.0, 0.0, -65.0]) {
+    for (got, theta_r) in factors(&point, "ggx:alpha=0.3,material=al").iter().zip([30.0, 0.0, -65.0]) {
         let want = 100.0 * PI * brdf.eval(direction(r(45.0), 0.0), direction(r(theta_r), PI));
-        assert!((got.value / want - 1.0).abs() < 1e-4, "{theta_r}: {got:?} {want}");
+        assert!((got.value / want - 1.0).abs() < 1e-3, "{theta_r}: {got:?} {want}");
     }
 }
 
 #[test]
 fn colours_of_metals_and_of_grey() {
     let meter = named("metallic-3");
-    let options = Options::quick();
+    let options = Options { tolerance: 0.1, points: 64, ..Options::quick() };
     let grey = colours(&|_| Ok(model("lambert:rho=0.184187")), &meter, Illuminant::D65, &options).unwrap();
     for c in &grey {
         // Y = 0.184187 is L* = 50.
-        assert!((c.lab[0] - 50.0).abs() < 0.02 && c.lab[1].abs() < 0.02 && c.lab[2].abs() < 0.02, "{c:?}");
+        assert!((c.lab[0] - 50.0).abs() < 0.2 && c.lab[1].abs() < 0.02 && c.lab[2].abs() < 0.02, "{c:?}");
     }
     let copper = |wavelength: f64| parse("ggx:alpha=0.4,material=cu", wavelength);
     let got = colours(&copper, &meter, Illuminant::D65, &options).unwrap();

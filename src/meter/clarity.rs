@@ -9,7 +9,7 @@ use crate::meter::stop::{Shape, Stop};
 use crate::optics::Brdf;
 use glam::DVec3;
 use sobol_burley::sample_4d;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Positions of the comb over one period, and points and repeats of the integration.
 const POSITIONS: usize = 128;
@@ -78,6 +78,7 @@ impl ImageClarity {
     fn once(&self, brdf: &dyn Brdf, source: &Stop, receptor: &Stop, seed: u32) -> Vec<f64> {
         let [axis, along, _] = receptor.axes();
         let [a, b] = source.half();
+        let radius = receptor.shape().half_tangents()[0];
         let mut folded = vec![[0.0; POSITIONS]; self.combs.len()];
         let mut add = |wo: DVec3, flux: f64| {
             if receptor.contains(wo) && flux > 0.0 {
@@ -93,9 +94,15 @@ impl ImageClarity {
             let wi = source.direction([(2.0 * u[0] - 1.0) * a, (2.0 * u[1] - 1.0) * b]);
             let weight = wi.z * wi.dot(source.axes()[0]).powi(3);
             add(reflect(wi, DVec3::Z), weight * brdf.specular_core(wi));
+            // Draws of the surface follow a narrow lobe, draws of the field a wide one (balance heuristic, Veach 1997).
+            let by_field = |wo: DVec3| 1.0 / (PI * radius * radius * wo.dot(axis).powi(3));
+            let share = |wo: DVec3| brdf.eval(wi, wo) * wo.z.max(0.0) / (brdf.pdf(wi, wo) + by_field(wo));
             if let Some(draw) = brdf.sample(wi, [u[2], u[3]]).filter(|d| !d.specular) {
-                add(draw.wo, weight * draw.weight);
+                add(draw.wo, weight * share(draw.wo));
             }
+            let (s, c) = (TAU * u[3]).sin_cos();
+            let wo = receptor.direction([radius * u[2].sqrt() * c, radius * u[2].sqrt() * s]);
+            add(wo, weight * share(wo));
         }
         folded.iter().map(contrast).collect()
     }

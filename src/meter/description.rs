@@ -19,7 +19,7 @@
 //! ```
 
 use super::instrument::{Instrument, Receptor, Specimen, Standard};
-use super::stop::Shape;
+use super::stop::{Shape, in_degrees};
 use crate::error::{Error, Result};
 use crate::optics::material::STANDARD_GLASS_INDEX;
 use serde::{Deserialize, Serialize};
@@ -163,40 +163,35 @@ impl Instrument {
             let (size_deg, diameter_deg) = sizes(r.shape);
             ReceptorTable {
                 reading: r.reading.clone(),
-                theta_r_deg: degrees(r.theta_r),
-                phi_r_deg: degrees(r.phi_r),
+                theta_r_deg: in_degrees(r.theta_r),
+                phi_r_deg: in_degrees(r.phi_r),
                 size_deg,
                 diameter_deg,
-                turn_deg: degrees(r.turn),
+                turn_deg: in_degrees(r.turn),
             }
         };
         let (size_deg, diameter_deg) = sizes(self.source);
         let file = File {
             name: self.name.clone(),
             about: self.about.clone(),
-            theta_i_deg: degrees(self.theta_i),
-            source: StopTable { size_deg, diameter_deg, turn_deg: degrees(self.source_turn) },
+            theta_i_deg: in_degrees(self.theta_i),
+            source: StopTable { size_deg, diameter_deg, turn_deg: in_degrees(self.source_turn) },
             receptor: self.receptors.iter().map(receptor).collect(),
             standard: StandardTable { white, index, through },
             specimen: SpecimenTable {
-                azimuth_deg: degrees(self.specimen.azimuth),
-                tilt_deg: degrees(self.specimen.tilt),
-                tilt_azimuth_deg: degrees(self.specimen.tilt_azimuth),
+                azimuth_deg: in_degrees(self.specimen.azimuth),
+                tilt_deg: in_degrees(self.specimen.tilt),
+                tilt_azimuth_deg: in_degrees(self.specimen.tilt_azimuth),
             },
         };
         toml::to_string(&file).expect("numbers and words are TOML")
     }
 }
 
-/// Degrees without the rounding of the way through radians.
-fn degrees(angle: f64) -> f64 {
-    (angle.to_degrees() * 1e9).round() / 1e9
-}
-
 fn sizes(shape: Shape) -> (Option<[f64; 2]>, Option<f64>) {
     match shape {
-        Shape::Rectangle(sides) => (Some(sides.map(degrees)), None),
-        Shape::Disc(diameter) => (None, Some(degrees(diameter))),
+        Shape::Rectangle(sides) => (Some(sides.map(in_degrees)), None),
+        Shape::Disc(diameter) => (None, Some(in_degrees(diameter))),
     }
 }
 

@@ -3,7 +3,7 @@
 //! Every reading is `100 Phi(specimen) / Phi(standard)`, the flux summed over the receptors that bear its name.
 
 use super::path::Path;
-use super::stop::{Shape, Stop};
+use super::stop::{Shape, Stop, in_degrees};
 use crate::error::{Error, Result};
 use crate::optics::fresnel;
 use crate::optics::material::STANDARD_GLASS_INDEX;
@@ -161,7 +161,7 @@ impl Instrument {
         let bad =
             |what: String, advice: &str| Err(Error::parameter(format!("instrument `{}`: {what}", self.name), advice));
         if !(self.theta_i >= 0.0 && self.theta_i < FRAC_PI_2) {
-            let what = format!("the angle of incidence is {} deg", self.theta_i.to_degrees());
+            let what = format!("the angle of incidence is {} deg", in_degrees(self.theta_i));
             return bad(what, "give 0 to 90 deg, 90 excluded");
         }
         self.source.check(&format!("the source stop of instrument `{}`", self.name))?;
@@ -170,7 +170,7 @@ impl Instrument {
         }
         let Specimen { azimuth, tilt, tilt_azimuth } = self.specimen;
         if !(azimuth.is_finite() && tilt_azimuth.is_finite() && tilt.abs() < FRAC_PI_2) {
-            return bad(format!("the specimen is tilted by {} deg", tilt.to_degrees()), "keep the tilt below 90 deg");
+            return bad(format!("the specimen is tilted by {} deg", in_degrees(tilt)), "keep the tilt below 90 deg");
         }
         let turned = self.specimen.seen_from();
         let above = |stop: &Stop| stop.lowest().min(stop.seen_from(&turned).lowest()) > 0.0;
@@ -185,7 +185,7 @@ impl Instrument {
             r.shape.check(&whose)?;
             if !(r.theta_r.abs() < FRAC_PI_2 && r.phi_r.is_finite() && r.turn.is_finite()) || !above(&receptor_stop(r))
             {
-                let what = format!("{whose}, at {} deg, reaches below the horizon", r.theta_r.to_degrees());
+                let what = format!("{whose}, at {} deg, reaches below the horizon", in_degrees(r.theta_r));
                 return Err(Error::parameter(what, "make it smaller or move it towards the normal"));
             }
         }

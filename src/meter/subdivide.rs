@@ -19,13 +19,15 @@ use crate::math::{Estimate, reflect};
 use crate::optics::Brdf;
 use glam::DVec3;
 use std::collections::BinaryHeap;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Nodes per axis of the two Gauss rules whose difference is a cell's error.
 const RULES: [usize; 2] = [3, 5];
 
-/// Halvings towards the mirror direction before anything is looked at: 3.6 deg become 0.001 deg.
-const GRADING: u32 = 12;
+/// Shells about the mirror direction before anything is looked at, each a third of the one outside it: 3.6 deg become
+/// 0.0005 deg.
+const SHELLS: i32 = 8;
+const RATIO: f64 = 1.0 / 3.0;
 
 /// Cells at which to give up: of the receptor for one point of the source, and of the source.
 const MOST_CELLS: [usize; 2] = [800, 32];
@@ -79,18 +81,19 @@ fn flux(path: &Path, brdf: &dyn Brdf, rules: &Rules, tolerance: f64) -> Estimate
         inner_error = inner_error.max(inner.standard_error);
         inner.value * wi.z * solid_angle
     };
-    let found = cubature(outer, vec![Square::WHOLE], rules, (1.0 - INNER) * tolerance, MOST_CELLS[1]);
+    let found = cubature(outer, vec![Block::WHOLE], rules, (1.0 - INNER) * tolerance, MOST_CELLS[1]);
     Estimate { standard_error: found.standard_error + inner_error * source.projected_solid_angle(), ..found }
 }
 
-/// Direction at `at` in the unit square and `dw / (ds dt)`: the sides of a rectangle, radius and turn of a disc.
+/// Direction at `at` in the unit square and `dw / (ds dt)`. A rectangle is stretched; a disc is cut across, by the sine of an
+/// angle, so that its rim is no edge to the rules.
 fn spread(stop: &Stop, [s, t]: [f64; 2]) -> (DVec3, f64) {
     let [a, b] = stop.shape().half_tangents();
     let (point, area) = match stop.shape() {
         Shape::Rectangle(_) => ([(2.0 * s - 1.0) * a, (2.0 * t - 1.0) * b], 4.0 * a * b),
         Shape::Disc(_) => {
-            let (sin, cos) = (TAU * t).sin_cos();
-            ([a * s * cos, a * s * sin], TAU * a * a * s)
+            let (sin, cos) = (PI * (s - 0.5)).sin_cos();
+            ([a * sin, a * cos * (2.0 * t - 1.0)], TAU * (a * cos).powi(2))
         }
     };
     let w = stop.direction(point);
@@ -101,52 +104,65 @@ fn spread(stop: &Stop, [s, t]: [f64; 2]) -> (DVec3, f64) {
 fn place(stop: &Stop, w: DVec3) -> [f64; 2] {
     let [axis, along, across] = stop.axes();
     let z = w.dot(axis).max(1e-3);
-    let (x, y) = (w.dot(along) / z, w.dot(across) / z);
     let [a, b] = stop.shape().half_tangents();
+    let (x, y) = (w.dot(along) / z / a, w.dot(across) / z / b);
     match stop.shape() {
-        Shape::Rectangle(_) => [0.5 + 0.5 * x / a, 0.5 + 0.5 * y / b],
-        Shape::Disc(_) => [x.hypot(y) / a, (y.atan2(x) / TAU).rem_euclid(1.0)],
+        Shape::Rectangle(_) => [0.5 + 0.5 * x, 0.5 + 0.5 * y],
+        Shape::Disc(_) => {
+            let angle = x.clamp(-1.0, 1.0).asin();
+            [0.5 + angle / PI, 0.5 + 0.5 * y / angle.cos().max(1e-9)]
+        }
     }
     .map(|u| u.clamp(0.0, 1.0))
 }
 
-/// A cell of the unit square.
+/// A rectangular cell of the unit square.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Square {
+struct Block {
     low: [f64; 2],
-    side: f64,
+    high: [f64; 2],
 }
 
-impl Square {
-    const WHOLE: Square = Square { low: [0.0; 2], side: 1.0 };
+impl Block {
+    const WHOLE: Block = Block { low: [0.0; 2], high: [1.0; 2] };
 
-    fn quarters(self) -> [Square; 4] {
-        let side = 0.5 * self.side;
-        [[0.0, 0.0], [side, 0.0], [0.0, side], [side, side]]
-            .map(|[x, y]| Square { low: [self.low[0] + x, self.low[1] + y], side })
-    }
-
-    fn holds(self, p: [f64; 2]) -> bool {
-        (0..2).all(|k| p[k] >= self.low[k] && p[k] <= self.low[k] + self.side)
+    fn quarters(self) -> [Block; 4] {
+        let Block { low: [x0, y0], high: [x2, y2] } = self;
+        let (x1, y1) = (0.5 * (x0 + x2), 0.5 * (y0 + y2));
+        [[x0, y0, x1, y1], [x1, y0, x2, y1], [x0, y1, x1, y2], [x1, y1, x2, y2]]
+            .map(|[a, b, c, d]| Block { low: [a, b], high: [c, d] })
     }
 }
 
-/// Cells that shrink towards `centre`.
-fn graded(centre: [f64; 2]) -> Vec<Square> {
-    let (mut cells, mut innermost) = (Vec::new(), Square::WHOLE);
-    for _ in 0..GRADING {
-        let quarters = innermost.quarters();
-        let next = quarters.iter().position(|q| q.holds(centre)).unwrap_or(0);
-        cells.extend(quarters.iter().enumerate().filter(|(k, _)| *k != next).map(|(_, q)| *q));
-        innermost = quarters[next];
+/// The square cut at `centre`, every part in shells that shrink towards it.
+fn graded(centre: [f64; 2]) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    for corner in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
+        // From the centre to a share of the way to the corner, along one axis.
+        let at = |axis: usize, share: f64| centre[axis] + share * (corner[axis] - centre[axis]);
+        let mut block = |x: [f64; 2], y: [f64; 2]| {
+            let (x, y) = (x.map(|s| at(0, s)), y.map(|s| at(1, s)));
+            let low = [x[0].min(x[1]), y[0].min(y[1])];
+            let high = [x[0].max(x[1]), y[0].max(y[1])];
+            if high[0] > low[0] && high[1] > low[1] {
+                blocks.push(Block { low, high });
+            }
+        };
+        for shell in 0..SHELLS {
+            let (outer, inner) = (RATIO.powi(shell), RATIO.powi(shell + 1));
+            block([inner, outer], [0.0, inner]);
+            block([0.0, inner], [inner, outer]);
+            block([inner, outer], [inner, outer]);
+        }
+        let last = RATIO.powi(SHELLS);
+        block([0.0, last], [0.0, last]);
     }
-    cells.push(innermost);
-    cells
+    blocks
 }
 
 /// A cell with its integral and the difference of the two rules; the heap hands out the worst.
 struct Cell {
-    square: Square,
+    block: Block,
     value: f64,
     error: f64,
 }
@@ -172,30 +188,31 @@ impl Ord for Cell {
 /// there are `most` of them.
 fn cubature(
     mut f: impl FnMut([f64; 2]) -> f64,
-    start: Vec<Square>,
+    start: Vec<Block>,
     rules: &Rules,
     tolerance: f64,
     most: usize,
 ) -> Estimate {
-    let mut look = |square: Square| {
+    let mut look = |block: Block| {
+        let size = [0, 1].map(|k| block.high[k] - block.low[k]);
         let mut by_rule = [0.0; 2];
         for (sum, rule) in by_rule.iter_mut().zip(rules) {
             for &(x, wx) in rule {
                 for &(y, wy) in rule {
-                    let at = [x, y].map(|c| 0.5 * square.side * (1.0 + c));
-                    *sum += wx * wy * f([square.low[0] + at[0], square.low[1] + at[1]]);
+                    let at = |k: usize, c: f64| block.low[k] + 0.5 * size[k] * (1.0 + c);
+                    *sum += wx * wy * f([at(0, x), at(1, y)]);
                 }
             }
         }
-        let [rough, value] = by_rule.map(|sum| 0.25 * square.side * square.side * sum);
-        Cell { square, value, error: (value - rough).abs() }
+        let [rough, value] = by_rule.map(|sum| 0.25 * size[0] * size[1] * sum);
+        Cell { block, value, error: (value - rough).abs() }
     };
     let mut heap: BinaryHeap<Cell> = start.into_iter().map(&mut look).collect();
     let mut error: f64 = heap.iter().map(|c| c.error).sum();
     // A NaN from the surface ends the loop as well.
     while error > tolerance && heap.len() < most {
         let Some(worst) = heap.pop() else { break };
-        for quarter in worst.square.quarters().map(&mut look) {
+        for quarter in worst.block.quarters().map(&mut look) {
             error += quarter.error;
             heap.push(quarter);
         }
