@@ -66,6 +66,14 @@ impl ScatterOptions {
         self.wavelength
     }
 
+    /// Directions of incidence asked for, `(theta_i, phi_i)` \[rad\]; 20 deg at azimuth 0 unless said otherwise.
+    pub fn directions(&self) -> Result<Vec<(f64, f64)>> {
+        self.settings()?;
+        let theta_i = self.theta_i.clone().unwrap_or_else(|| vec![20f64.to_radians()]);
+        let phi_i = self.phi_i.clone().unwrap_or_else(|| vec![0.0]);
+        Ok(theta_i.iter().flat_map(|&t| phi_i.iter().map(move |&p| (t, p))).collect())
+    }
+
     /// The library's settings.
     pub fn settings(&self) -> Result<Settings> {
         let defaults = Options::default();

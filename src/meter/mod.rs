@@ -2,6 +2,7 @@
 
 pub mod appearance;
 pub mod clarity;
+pub mod correspondence;
 mod description;
 pub mod facets;
 pub mod geometry;
