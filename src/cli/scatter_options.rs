@@ -74,6 +74,11 @@ impl ScatterOptions {
         Ok(theta_i.iter().flat_map(|&t| phi_i.iter().map(move |&p| (t, p))).collect())
     }
 
+    /// Whether --phi-i was given.
+    pub fn names_azimuths(&self) -> bool {
+        self.phi_i.is_some()
+    }
+
     /// The library's settings.
     pub fn settings(&self) -> Result<Settings> {
         let defaults = Options::default();
