@@ -251,7 +251,8 @@ fn a_tilted_mirror_turns_its_beam_twice_as_far() {
 
 #[test]
 fn impossible_instruments_say_why() {
-    let cases: [(&str, fn(&mut Instrument)); 11] = [
+    type Spoil = fn(&mut Instrument);
+    let cases: [(&str, Spoil); 11] = [
         ("angle of incidence is 95 deg", |m| m.theta_i = 95f64.to_radians()),
         ("angle of incidence is -20 deg", |m| m.theta_i = -20f64.to_radians()),
         ("below the horizon", |m| m.receptors[0].theta_r = 89f64.to_radians()),

@@ -183,8 +183,8 @@ impl Instrument {
                 return bad("a receptor has no reading".into(), "give each the name of the reading it belongs to");
             }
             r.shape.check(&whose)?;
-            if !(r.theta_r.abs() < FRAC_PI_2 && r.phi_r.is_finite() && r.turn.is_finite()) || !above(&receptor_stop(r))
-            {
+            let somewhere = r.theta_r.abs() < FRAC_PI_2 && r.phi_r.is_finite() && r.turn.is_finite();
+            if !(somewhere && above(&receptor_stop(r))) {
                 let what = format!("{whose}, at {} deg, reaches below the horizon", in_degrees(r.theta_r));
                 return Err(Error::parameter(what, "make it smaller or move it towards the normal"));
             }
