@@ -17,7 +17,7 @@ picture=${1:-$root/target/visual_check.png}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 # Rougher across (y) than along (x), so that a turned or mirrored lobe shows.
-"$asperity" synth -o "$work/map.npy" --size 384x320 --pitch 0.5um,0.6um --sq 0.45um --acl 9um,4.5um --seed 7 --samples f64 --exact
+"$asperity" synth -o "$work/map.npy" --size 384x320 --pitch 0.5um,0.6um --sq 0.7um --acl 9um,4.5um --seed 7 --samples f64 --exact
 "$asperity" brdf "$work/map.npy" -o "$work/table.npz" --unit m --pitch 0.5um,0.6um --material mirror \
     --theta-i 0,15,30,45,60 --symmetry anisotropic --method facets
 "$venv/bin/python" "$here/visual_check.py" "$work/map.npy" "$work/table.npz" "$picture"

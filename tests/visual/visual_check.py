@@ -92,6 +92,7 @@ class Table:
 
 
 def directions(theta, phi):
+    theta, phi = np.broadcast_arrays(theta, phi)
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
 
@@ -132,14 +133,20 @@ def traced(triangles, normals, corner, count):
     return paths
 
 
-def arrow(plotter, tip, colour, towards=False):
-    start, way = (tip, -tip) if towards else (np.zeros(3), tip)
-    plotter.add_mesh(pv.Arrow(start, way, tip_length=0.12, tip_radius=0.025, shaft_radius=0.008, scale="auto"), color=colour)
+def arrow(plotter, tip, colour, end=0.0):
+    start, way = (tip, end * tip - tip)
+    plotter.add_mesh(pv.Arrow(start=start, direction=way, tip_length=0.12, tip_radius=0.025, shaft_radius=0.008, scale="auto"), color=colour)
 
 
 def surface_mesh(heights):
     v = vertices(heights) * UM
     return pv.StructuredGrid(v[..., 0], v[..., 1], v[..., 2]), v[..., 2]
+
+
+def bar(title, fmt):
+    """A colour bar in the upper right."""
+    return {"title": title, "fmt": fmt, "color": INK, "title_font_size": 15, "label_font_size": 13, "n_labels": 4, "vertical": True,
+            "height": 0.36, "width": 0.06, "position_x": 0.88, "position_y": 0.54}
 
 
 def title(plotter, text, note):
@@ -174,19 +181,20 @@ def main(map_path, table_path, picture):
 
     # The corner at the top left of the map, true to scale.
     plotter.subplot(0, 0)
-    corner = heights[:21, :25]
+    corner = heights[:13, :15]
     mesh, z = surface_mesh(corner)
-    plotter.add_mesh(mesh, scalars=z.ravel(order="F"), cmap="viridis", show_edges=True, edge_color="#5a6a70", line_width=0.5,
-                     scalar_bar_args={"title": "height / um", "color": INK, "title_font_size": 15, "label_font_size": 13, "n_labels": 4,
-                                      "vertical": True, "height": 0.4, "width": 0.06, "position_x": 0.9, "position_y": 0.5, "fmt": "%.1f"})
+    plotter.add_mesh(mesh, scalars=z.ravel(order="F"), cmap="viridis", show_edges=True, edge_color="#5a6a70", line_width=0.8,
+                     scalar_bar_args=bar("height / um", "%.2f"))
     own, own_normals = facets(corner)
     centres = own.mean(axis=1) * UM
-    plotter.add_arrows(centres, own_normals, mag=0.55, color="#c23b22")
-    plotter.camera_position = [(22, -13, 15), (6.2, 6.0, 0), (0, 0, 1)]
-    plotter.camera.zoom(1.15)
-    title(plotter, "Facets and their normals", "top left corner of the map, 24 x 20 cells, true to scale")
+    plotter.add_arrows(centres, own_normals, mag=0.5, color="#b3321c")
+    plotter.camera_position = [(14, -9.5, 8.5), (3.6, 3.4, 0.2), (0, 0, 1)]
+    plotter.camera.zoom(1.05)
+    title(plotter, "Facets and their normals", "top left corner of the map, 14 x 12 cells, true to scale")
 
     plotter.subplot(0, 1)
+    corner = heights[:21, :25]
+    own, own_normals = facets(corner)
     mesh, z = surface_mesh(corner)
     plotter.add_mesh(mesh, color="#b9c6cc", show_edges=True, edge_color="#94a3a8", line_width=0.5)
     paths = traced(own, own_normals, np.array([24 * PITCH[0], 20 * PITCH[1]]), 70)
@@ -196,9 +204,10 @@ def main(map_path, table_path, picture):
             last, first = k == len(points) - 2, k == 0
             colour = "#e0a100" if first else "#0b6fb3" if last and len(points) == 3 else "#c2185b"
             plotter.add_mesh(pv.Line(points[k], points[k + 1]), color=colour, line_width=1.6)
-    plotter.camera_position = [(27, -22, 16), (5.5, 6.0, 4.0), (0, 0, 1)]
+    plotter.camera_position = [(28, -24, 17), (6.0, 6.5, 4.2), (0, 0, 1)]
     more = sum(len(p) > 3 for p in paths)
-    title(plotter, "Naive rays", f"{len(paths)} rays from theta_i 45, phi_i 210 deg (yellow): once reflected blue, {more} more than once red")
+    count = f"{len(paths)} rays from theta_i 45, phi_i 210 deg (yellow), reflected once (blue)"
+    title(plotter, "Naive rays", count + (f", {more} more than once (red)" if more else ""))
 
     plotter.subplot(1, 0)
     radiance = energy / solid
@@ -206,35 +215,35 @@ def main(map_path, table_path, picture):
     dome = directions(t, f)
     shell = pv.StructuredGrid(dome[..., 0], dome[..., 1], dome[..., 2])
     shell.cell_data["energy per sr"] = np.where(radiance > 0, radiance, np.nan).ravel(order="F")
-    plotter.add_mesh(shell, scalars="energy per sr", cmap="magma_r", log_scale=True, clim=(1e-3, radiance.max()), nan_color="#f2f2f2",
-                     show_edges=True, edge_color="#cfcfcf", line_width=0.3, lighting=False,
-                     scalar_bar_args={"title": "energy / sr", "color": INK, "title_font_size": 15, "label_font_size": 13, "n_labels": 4,
-                                      "vertical": True, "height": 0.4, "width": 0.06, "position_x": 0.9, "position_y": 0.5, "fmt": "%.2g"})
-    arrow(plotter, 1.45 * WI, "#e0a100", towards=True)
+    colours = {"cmap": "plasma_r", "log_scale": True, "clim": (1e-2, radiance.max())}
+    plotter.add_mesh(shell, scalars="energy per sr", nan_color="#f2f2f2", show_edges=True, edge_color="#cfcfcf", line_width=0.3,
+                     lighting=False, **colours, scalar_bar_args=bar("energy / sr", "%.2g"))
+    arrow(plotter, 1.55 * WI, "#e0a100", end=0.66)
     mirror = WI * [-1, -1, 1]
     plotter.add_mesh(pv.Line(mirror, 1.3 * mirror), color=INK, line_width=3)
-    view = [(-0.2, -2.7, 3.6), (0.05, 0.05, 0.35), (0, 0, 1)]
+    view = [(-0.2, -3.2, 4.1), (0.05, 0.0, 0.3), (0, 0, 1)]
     plotter.camera_position = view
     title(plotter, "Where the facets send the light", "single reflections, 3 deg patches; yellow: source, black: mirror direction")
 
     plotter.subplot(1, 1)
-    scale = np.sqrt(lobe / lobe.max())
-    ball = grid * scale[..., None]
-    ball, scale = np.concatenate([ball, ball[:, :1]], axis=1), np.concatenate([lobe, lobe[:, :1]], axis=1)
+    # Times the cosine, as the patches count it: f_r itself grows without bound towards the horizon.
+    shown = lobe * np.cos(theta)[:, None]
+    shown = np.concatenate([shown, shown[:, :1]], axis=1)
+    ball = np.concatenate([grid, grid[:, :1]], axis=1) * np.sqrt(shown / shown.max())[..., None]
     shape = pv.StructuredGrid(ball[..., 0], ball[..., 1], ball[..., 2])
-    plotter.add_mesh(shape, scalars=scale.ravel(order="F"), cmap="magma_r", clim=(0, lobe.max()), smooth_shading=True, specular=0.2,
-                     scalar_bar_args={"title": "f_r / (1/sr)", "color": INK, "title_font_size": 15, "label_font_size": 13, "n_labels": 4,
-                                      "vertical": True, "height": 0.4, "width": 0.06, "position_x": 0.9, "position_y": 0.5, "fmt": "%.2g"})
+    plotter.add_mesh(shape, scalars=np.maximum(shown, 1e-9).ravel(order="F"), smooth_shading=True, specular=0.2, lighting=True,
+                     **colours, scalar_bar_args=bar("f_r cos / (1/sr)", "%.2g"))
     plotter.add_mesh(pv.Disc(outer=1.0, inner=0.0, c_res=90), color="#e8ecee", opacity=0.7)
     plotter.add_mesh(pv.Line((0, 0, 0), (1.0, 0, 0)), color=SOFT, line_width=2)
     plotter.add_point_labels([(1.05, 0, 0)], ["x"], show_points=False, shape=None, font_size=14, text_color=SOFT)
-    arrow(plotter, 1.25 * WI, "#e0a100", towards=True)
+    arrow(plotter, 1.25 * WI, "#e0a100")
     plotter.add_mesh(pv.Line((0, 0, 0), 1.25 * mirror), color=INK, line_width=3)
     plotter.camera_position = view
-    title(plotter, "Lobe of the table", f"radius: root of f_r; energy {whole:.4f}, albedo {table.albedo:.4f}; means {turned:.2f} deg apart")
+    title(plotter, "Lobe of the table", f"radius: root of f_r cos theta_r; energy {whole:.4f}, albedo {table.albedo:.4f}; means {turned:.2f} deg apart")
 
-    shot = Image.fromarray(plotter.screenshot(None, return_img=True))
-    shot.quantize(128, dither=Image.Dither.NONE).save(picture, optimize=True)
+    # Drawn larger than shown, which smooths the lines; 256 colours keep the file small.
+    shot = Image.fromarray(plotter.screenshot(None, return_img=True)).resize((1200, 992), Image.Resampling.LANCZOS)
+    shot.quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(picture, optimize=True)
     print(f"picture: {picture}")
     if not (abs(whole - table.albedo) < 0.01 and turned < 1.0 and apart < 0.05):
         sys.exit("the lobe of the table is not where the facets send the light")
