@@ -47,13 +47,15 @@ enum Verb {
     Convert(convert::Arguments),
     /// Make a synthetic height map (.x3p, .npy or .sdf)
     Synth(synth::Arguments),
-    /// List the BRDF models with their parameters and ranges
-    Models,
+    /// The BRDF models with their parameters and ranges, and the materials of the library
+    Models(models::Arguments),
 }
 
 /// Runs the command line. Exit code 0 done, 1 failed, 2 usage.
 pub fn run() -> std::process::ExitCode {
     let cli = Cli::parse();
+    // 130 is what a shell reports for a program ended by Ctrl-C.
+    let _ = ctrlc::set_handler(|| crate::output::abandon(130));
     if let Some(threads) = cli.threads {
         // Only the first call can set the pool, and this is it.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
@@ -66,7 +68,7 @@ pub fn run() -> std::process::ExitCode {
         Verb::Tiles(a) => tiles::run(&a, cli.json),
         Verb::Convert(a) => convert::run(&a, cli.json),
         Verb::Synth(a) => synth::run(&a, cli.json),
-        Verb::Models => models::run(cli.json),
+        Verb::Models(a) => models::run(&a, cli.json),
     };
     match done {
         Ok(()) => std::process::ExitCode::SUCCESS,

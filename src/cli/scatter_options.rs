@@ -66,6 +66,11 @@ impl ScatterOptions {
         self.wavelength
     }
 
+    /// Whether --phi-i was given.
+    pub fn names_azimuths(&self) -> bool {
+        self.phi_i.is_some()
+    }
+
     /// The library's settings.
     pub fn settings(&self) -> Result<Settings> {
         let defaults = Options::default();

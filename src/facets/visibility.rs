@@ -64,7 +64,9 @@ impl<'a> HeightField<'a> {
         let (nx, ny) = slopes::cells(map);
         let blocks = Blocks::new(map);
         let highest = blocks.blocks.iter().map(|b| b.top).fold(f32::NEG_INFINITY, f32::max);
-        let lowest = blocks.lowest();
+        // Even a flat map has an above and a below, or no ray would cross it.
+        let depth = if blocks.lowest() == highest { 1e-9 * map.pitch_x.min(map.pitch_y) } else { 0.0 };
+        let lowest = f64::from(blocks.lowest()) - depth;
         let clear = blocks.clear_sines(map, highest);
         let heights = match map.heights.as_slice() {
             Some(heights) => Cow::Borrowed(heights),
@@ -77,7 +79,7 @@ impl<'a> HeightField<'a> {
             pyramid: pyramid(&blocks),
             blocks,
             clear,
-            lowest: f64::from(lowest),
+            lowest,
             highest: f64::from(highest),
         }
     }
