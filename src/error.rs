@@ -51,12 +51,10 @@ impl Error {
             StorageFull => "make room on the disk",
             _ => "check the disk and try again",
         };
-        // The innermost cause: what is around it names temporary files, which say nothing to the user.
-        let mut innermost: &dyn std::error::Error = &error;
-        while let Some(source) = innermost.source() {
-            innermost = source;
-        }
-        Error::Io { path: path.to_owned(), verb, cause: innermost.to_string(), advice }
+        // Errors that libraries wrap name temporary files, which say nothing to the user.
+        let wrapped = error.raw_os_error().is_none() && error.kind() != std::io::ErrorKind::Other;
+        let cause = if wrapped { error.kind().to_string() } else { error.to_string() };
+        Error::Io { path: path.to_owned(), verb, cause, advice }
     }
 
     /// A usable file with unusable content.

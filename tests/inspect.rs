@@ -156,7 +156,7 @@ fn mistakes_are_named() {
     for (arguments, code, words) in [
         ("inspect absent.x3p", 1, "absent.x3p"),
         ("inspect m.x3p -o page.jpg", 2, "name it .png"),
-        ("convert m.x3p -o m.docx", 1, "name it .x3p, .npy or .sdf"),
+        ("convert m.x3p -o m.docx", 1, "name it .x3p, .sdf, .npy or .png"),
         ("convert m.x3p -o m.x3p.npy --preview", 1, "name it .png"),
         ("synth -o m.txt", 1, "name it .x3p"),
         ("synth -o n.x3p --shape ramp", 2, "--ramp 0.1,0"),
@@ -188,7 +188,7 @@ fn what_is_not_used_or_not_there_is_said() {
         ("inspect none.x3p", "none.x3p: cannot read: "),
         ("inspect m.x3p -o none/p.png", "make its folder first"),
         ("synth -o m.tif", "name it .x3p, .sdf, .npy or .png"),
-        ("synth -o m.x3p --acl 0.1um", "length 0.1 um does not fit a map of 614.4 x 614.4 um at pitch 0.6 um"),
+        ("synth -o m.x3p --acl 0.1um", "length 0.1 um does not fit a map of 614.4 um x 614.4 um at pitch 0.6 um"),
     ] {
         let output = asperity(folder.path(), arguments);
         let text = said(output);
