@@ -41,7 +41,7 @@ enum Verb {
     Predict(predict::Arguments),
     /// What a height map is: size, ISO 25178 parameters, slopes, spectrum, and whether it can be trusted
     Inspect(inspect::Arguments),
-    /// Height map to tabulated BRDF (.npz)
+    /// Height map to tabulated BRDF (.npz), or to energies counted detector by detector (.csv)
     Brdf(brdf::Arguments),
     /// Gloss at 20, 60 and 85 deg, haze, image quality and any instrument, of maps, tables or models
     Gloss(gloss::Arguments),
