@@ -152,10 +152,11 @@ fn subareas(lit: Footprint) -> Vec<Footprint> {
     pieces.filter(|piece| !piece.is_empty()).collect()
 }
 
-/// Sums over sub-areas of `E_s^2`, `E_s I_s` and `I_s^2` per detector, with the energy `E_s` of a detector and `I_s` all
-/// that came in.
+/// Scatter over sub-areas: sums of `d_s^2`, `d_s I_s` and `I_s^2` with all `I_s` that came in and `d_s = E_s - first I_s`, the
+/// energy of a detector against its share in the first sub-area. The shift keeps the digits when all are alike.
 struct Scatter {
-    energy2: Vec<f64>,
+    first: Vec<f64>,
+    squares: Vec<f64>,
     cross: Vec<f64>,
     incident2: f64,
     places: f64,
@@ -164,20 +165,26 @@ struct Scatter {
 impl Scatter {
     /// The last place counts all that escaped.
     fn new(detectors: usize) -> Self {
-        let n = detectors + 1;
-        Scatter { energy2: vec![0.0; n], cross: vec![0.0; n], incident2: 0.0, places: 0.0 }
+        let zero = vec![0.0; detectors + 1];
+        Scatter { first: zero.clone(), squares: zero.clone(), cross: zero, incident2: 0.0, places: 0.0 }
     }
 
     fn add(&mut self, tally: &Tally) {
-        if tally.incident <= 0.0 {
+        let incident = tally.incident;
+        if incident <= 0.0 {
             return;
         }
         self.places += 1.0;
-        self.incident2 += tally.incident.powi(2);
-        let all = tally.book().escaped * tally.incident;
-        for (k, e) in tally.energy.iter().chain([&all]).enumerate() {
-            self.energy2[k] += e * e;
-            self.cross[k] += e * tally.incident;
+        self.incident2 += incident * incident;
+        let all = tally.book().escaped * incident;
+        for (k, &e) in tally.energy.iter().chain([&all]).enumerate() {
+            if self.places == 1.0 {
+                self.first[k] = e / incident;
+            } else {
+                let d = e - self.first[k] * incident;
+                self.squares[k] += d * d;
+                self.cross[k] += d * incident;
+            }
         }
     }
 
@@ -187,7 +194,8 @@ impl Scatter {
         if self.places < 2.0 {
             return tally.hits.get(k).map_or(Estimate::exact(r), |_| tally.fraction(k));
         }
-        let squares = self.energy2[k] - 2.0 * r * self.cross[k] + r * r * self.incident2;
+        let shift = r - self.first[k];
+        let squares = self.squares[k] - 2.0 * shift * self.cross[k] + shift * shift * self.incident2;
         let standard_error = (self.places / (self.places - 1.0) * squares.max(0.0)).sqrt() / tally.incident;
         Estimate { value: r, standard_error }
     }

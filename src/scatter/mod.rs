@@ -18,6 +18,7 @@ pub mod rings;
 pub mod run;
 pub mod selection;
 pub mod slope_histogram;
+pub mod spread;
 pub mod tally;
 pub mod warning;
 

@@ -172,7 +172,7 @@ fn names_are_read_and_refused() {
         ("theta-phi:0.001,0.001", "are more than"),
         ("equal-area:0", "0 detectors"),
         ("equal-area:99999999", "detectors of equal"),
-        ("shirley-chiu:12", "too many"),
+        ("shirley-chiu:11", "too many"),
         ("shirley-chiu:99", "too many"),
     ] {
         let error = Partition::parse(text).unwrap_err().to_string();

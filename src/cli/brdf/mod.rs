@@ -39,8 +39,8 @@ pub struct Arguments {
 #[command(next_help_heading = "Detectors, for .csv output")]
 struct CountingFlags {
     /// half-vector, klems, theta-phi:DT,DP in degrees, equal-area:N, or shirley-chiu:K for 4^K cells; counted at every
-    /// --theta-i and --phi-i (here by default 0) in the frame of the map, or averaged over azimuth with --symmetry isotropic
-    /// [default: half-vector]
+    /// --theta-i and --phi-i (here by default 0) in the frame of the map, or averaged over azimuth with --symmetry isotropic.
+    /// Rows of half-vector cells give the angles of the half vector [default: half-vector]
     #[arg(long, value_name = "PARTITION", value_parser = |text: &str| Partition::parse(text))]
     detectors: Option<Partition>,
     /// Light only this part of the map, X0,Y0,X1,Y1 from the top left as fractions or lengths; unlike with --region the rest
