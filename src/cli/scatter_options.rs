@@ -20,10 +20,10 @@ pub struct ScatterOptions {
     /// Wavelength at which the material is looked up and the rays are judged
     #[arg(long, value_parser = quantity::length, default_value = "550nm")]
     wavelength: f64,
-    /// Incident polar angles \[deg\], rising [default: 0 to 88 in 13 steps]
+    /// Incident polar angles in degrees, rising [default: 0 to 88 in 13 steps]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     theta_i: Option<Vec<f64>>,
-    /// Source azimuths \[deg\] of an anisotropic table, rising [default: every 30]
+    /// Source azimuths in degrees of an anisotropic table, rising [default: every 30]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     phi_i: Option<Vec<f64>>,
     /// Whether to average over source azimuths
@@ -38,7 +38,7 @@ pub struct ScatterOptions {
     /// Reflections a ray may make
     #[arg(long, default_value_t = 8)]
     bounces: u32,
-    /// Source stop of the glossmeter, full angles \[deg\] in and across the plane of measurement
+    /// Source stop of the glossmeter, full angles in degrees in and across the plane of measurement
     #[arg(long, value_name = "IN,ACROSS", value_parser = quantity::pair, default_value = "0.75,2.5")]
     source_stop: [f64; 2],
     /// Same seed, same bytes
@@ -75,6 +75,19 @@ impl ScatterOptions {
     pub fn without_angles(mut self) -> (Self, Option<Vec<f64>>, Option<Vec<f64>>) {
         let (theta_i, phi_i) = (self.theta_i.take(), self.phi_i.take());
         (self, theta_i, phi_i)
+    }
+
+    /// Directions of incidence asked for, `(theta_i, phi_i)` \[rad\]; 20 deg at azimuth 0 unless said otherwise.
+    pub fn directions(&self) -> Result<Vec<(f64, f64)>> {
+        self.settings()?;
+        let theta_i = self.theta_i.clone().unwrap_or_else(|| vec![20f64.to_radians()]);
+        let phi_i = self.phi_i.clone().unwrap_or_else(|| vec![0.0]);
+        Ok(theta_i.iter().flat_map(|&t| phi_i.iter().map(move |&p| (t, p))).collect())
+    }
+
+    /// Whether --phi-i was given.
+    pub fn names_azimuths(&self) -> bool {
+        self.phi_i.is_some()
     }
 
     /// The library's settings.

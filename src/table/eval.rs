@@ -5,7 +5,7 @@ use super::nodes::{NodeWeights, Place};
 use crate::math::{Estimate, direction};
 use crate::scatter::cells::Stencil;
 use glam::DVec3;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Cosines below this count as the horizon.
 pub(crate) const HORIZON: f64 = 1e-9;
@@ -91,7 +91,7 @@ impl Table {
 
     /// Up to four nodes around `wi` and their shares.
     pub(crate) fn node_weights(&self, wi: DVec3) -> NodeWeights {
-        let wi = if wi.z > HORIZON { wi } else { direction(1.570_796, 0.0) };
+        let wi = if wi.z > HORIZON { wi } else { direction(FRAC_PI_2 - 1e-6, 0.0) };
         self.finder.weights(&self.finder.place(wi, (wi.x * wi.x + wi.y * wi.y).sqrt()))
     }
 }
