@@ -143,6 +143,13 @@ impl SlopeStatistics {
         sum / self.facets as f64 / c.max(1e-300)
     }
 
+    /// Share of the facets whose gradient is larger, to the width of a histogram bin (3 % in the gradient).
+    pub fn share_steeper(&self, gradient: f64) -> f64 {
+        let above: u64 =
+            self.gradient_histogram.iter().enumerate().filter(|&(k, _)| bin_value(k) > gradient).map(|(_, n)| n).sum();
+        above as f64 / self.facets as f64
+    }
+
     /// [`SlopeStatistics::hidden_excess`] tabulated against the cosine, for loops.
     pub fn hiding(&self) -> Hiding {
         Hiding {
