@@ -18,7 +18,7 @@
 //! # Rooms, from the ground floor up; a file uses lower floors and its own folder only
 //!
 //! `error`, `output`, `npy`, `archive`, [`math`] · [`optics`] · [`heightmap`] · [`facets`] · [`scatter`] · [`table`], [`model`] ·
-//! [`sample`] · [`meter`], [`render`] · [`chart`] · [`report`] · [`cli`]
+//! [`sample`], [`fit`] · [`meter`], [`render`] · [`chart`] · [`report`] · [`cli`]
 //!
 //! # The whole pipeline
 //!
@@ -48,6 +48,7 @@ pub mod chart;
 pub mod cli;
 pub mod error;
 pub mod facets;
+pub mod fit;
 pub mod heightmap;
 pub mod math;
 pub mod meter;

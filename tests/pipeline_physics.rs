@@ -84,6 +84,7 @@ fn sawtooth_weights_and_angles() {
             // f32 heights carry the slope to 1e-7; rays to their standard error; the slope distribution takes
             // the weight from the middle of a cell, here up to 0.01 of slope away: times tan 30 deg, halved.
             let tolerance = match method {
+                Method::Kirchhoff | Method::Geometric => unreachable!("not in the list"),
                 Method::Rays => 4.0 * e.standard_error,
                 Method::Facets => 3e-7,
                 Method::Auto => 0.003,

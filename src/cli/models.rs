@@ -13,13 +13,13 @@ pub fn run(json: bool) -> anyhow::Result<()> {
                     .iter()
                     .map(|p| {
                         serde_json::json!({
-                            "name": p.name, "meaning": p.meaning, "unit": p.unit, "range": p.range(), "default": p.default,
+                            "name": p.name, "meaning": p.meaning, "unit": p.unit.name(), "range": p.range(), "default": p.default(),
                         })
                     })
                     .collect();
                 serde_json::json!({
                     "name": m.name, "summary": m.summary, "formula": m.formula, "parameters": parameters,
-                    "material": m.takes_material, "reciprocal": m.reciprocal, "energy": m.energy, "source": m.source,
+                    "material": m.interface, "reciprocal": m.reciprocal, "energy": m.energy, "source": m.source,
                     "example": m.example,
                 })
             })
@@ -29,11 +29,11 @@ pub fn run(json: bool) -> anyhow::Result<()> {
     for m in MODELS {
         println!("{}\n    {}\n    {}\n    for example {}", m.name, m.summary, m.formula, m.example);
         for p in m.parameters {
-            let unit = if p.unit.is_empty() { String::new() } else { format!(" [{}]", p.unit) };
-            let default = p.default.map_or(String::new(), |d| format!(", default {d}"));
+            let unit = if p.unit.name().is_empty() { String::new() } else { format!(" [{}]", p.unit.name()) };
+            let default = p.default().map_or(String::new(), |d| format!(", default {d}"));
             println!("      {:<10} {}{unit}: {}{default}", p.name, p.meaning, p.range());
         }
-        if m.takes_material {
+        if m.interface {
             println!(
                 "      {:<10} name of the interface instead of n and k: black-glass, epoxy, al, cu, ...",
                 "material"

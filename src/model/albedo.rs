@@ -2,6 +2,7 @@
 
 use crate::math::quadrature::gauss_legendre;
 use crate::math::{direction, reflect};
+use crate::optics::Brdf;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::LazyLock;
@@ -66,6 +67,22 @@ pub fn ray_average(r: DVec3, versine: impl Fn(f64) -> f64) -> f64 {
     }
     sum / AROUND as f64
 }
+
+/// `E(wi)`: mean weight of the model's own draws, for models whose sampler is good but whose albedo has no quadrature of
+/// its own. The numbers are a rank-1 lattice with the golden ratio, so the result is the same every time; with
+/// [`DRAWS`] of them it is right to about 3e-4 where weights are of order 1.
+pub fn sampled_average(brdf: &(impl Brdf + ?Sized), wi: DVec3) -> f64 {
+    // Generators of the lattice: the plastic number of two dimensions (Roberts 2018).
+    const A: [f64; 2] = [0.7548776662466927, 0.5698402909980532];
+    let weight = |k: usize| {
+        let u = A.map(|a| (0.5 + a * k as f64).fract());
+        brdf.sample(wi, u).map_or(0.0, |draw| draw.weight)
+    };
+    (0..DRAWS).map(weight).sum::<f64>() / DRAWS as f64
+}
+
+/// Draws of [`sampled_average`].
+const DRAWS: usize = 16_384;
 
 /// A function of `theta_i`, tabulated once and read by interpolation.
 #[derive(Debug, Clone)]

@@ -22,30 +22,31 @@
 //! Sources: Beckmann and Spizzichino 1963; Walter et al., EGSR 2007, equations 25-28; Heitz 2014.
 
 use super::microfacet::{Microfacet, Shape};
-use super::registry::{Entry, Parameter};
+use super::parameter::Parameter;
+use super::registry::Entry;
 use super::smooth::{EXTINCTION, INDEX};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
 
 /// Registry line.
-pub const ENTRY: Entry = Entry {
+pub static ENTRY: Entry = Entry {
     name: "beckmann",
     summary: "rough interface with Gaussian slopes",
     formula: "f_r = R D G / (4 cos_theta_i cos_theta_r), D = exp(-tan^2/alpha^2) / (pi alpha^2 cos^4)",
     parameters: ROUGH_INTERFACE,
-    takes_material: true,
-    reciprocal: true,
+    interface: true,
     energy: "albedo <= R; multiple scattering is lost",
     source: "Beckmann 1963; Walter et al. 2007; Heitz 2014",
     example: "beckmann:alpha=0.02,n=1.5",
     build: |a| Ok(Box::new(Beckmann::new(a.alpha()?, a.material()?))),
+    ..Entry::PLAIN
 };
 
 /// Parameters of both microfacet models.
 pub const ROUGH_INTERFACE: &[Parameter] = &[
-    Parameter::number("alpha", "roughness, sqrt 2 x rms slope along an axis", 0.0, 2.0),
-    Parameter::number("alpha_x", "roughness along x", 0.0, 2.0),
-    Parameter::number("alpha_y", "roughness along y", 0.0, 2.0),
+    Parameter::number("alpha", "roughness, sqrt 2 x rms slope along an axis", 0.0, 2.0).decades(0.005, 0.7),
+    Parameter::number("alpha_x", "roughness along x", 0.0, 2.0).decades(0.005, 0.7).instead_of("alpha"),
+    Parameter::number("alpha_y", "roughness along y", 0.0, 2.0).decades(0.005, 0.7).instead_of("alpha"),
     INDEX,
     EXTINCTION,
 ];

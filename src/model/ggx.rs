@@ -26,17 +26,17 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// Registry line.
-pub const ENTRY: Entry = Entry {
+pub static ENTRY: Entry = Entry {
     name: "ggx",
     summary: "rough interface with long-tailed slopes (Trowbridge-Reitz)",
     formula: "f_r = R D G / (4 cos_theta_i cos_theta_r), D = alpha^2 / (pi ((alpha^2 - 1) cos^2 + 1)^2)",
     parameters: ROUGH_INTERFACE,
-    takes_material: true,
-    reciprocal: true,
+    interface: true,
     energy: "albedo <= R; multiple scattering is lost",
     source: "Trowbridge and Reitz 1975; Walter et al. 2007; Heitz 2014",
     example: "ggx:alpha=0.1,n=1.5",
     build: |a| Ok(Box::new(Ggx::new(a.alpha()?, a.material()?))),
+    ..Entry::PLAIN
 };
 
 /// Rough interface with GGX slopes.

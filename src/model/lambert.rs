@@ -12,23 +12,23 @@
 //!
 //! Source: J. H. Lambert, Photometria, 1760.
 
-use super::registry::{Entry, Parameter};
+use super::parameter::Parameter;
+use super::registry::Entry;
 use crate::optics::{Brdf, BrdfSample};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// Registry line.
-pub const ENTRY: Entry = Entry {
+pub static ENTRY: Entry = Entry {
     name: "lambert",
     summary: "ideal diffuser",
     formula: "f_r = rho / pi",
     parameters: &[Parameter::number("rho", "albedo", 0.0, 1.0)],
-    takes_material: false,
-    reciprocal: true,
     energy: "albedo = rho",
     source: "Lambert 1760",
     example: "lambert:rho=0.5",
     build: |a| Ok(Box::new(Lambert { rho: a.required("rho")? })),
+    ..Entry::PLAIN
 };
 
 /// `f_r = rho / pi` [1/sr].

@@ -19,7 +19,8 @@
 
 use super::albedo::{AlbedoTable, ray_average};
 use super::floor::WithFloor;
-use super::registry::{Entry, Parameter};
+use super::parameter::Parameter;
+use super::registry::Entry;
 use crate::math::frame::tangents;
 use crate::optics::{Brdf, BrdfSample};
 use glam::DVec3;
@@ -27,17 +28,15 @@ use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// Registry line.
-pub const ENTRY: Entry = Entry {
+pub static ENTRY: Entry = Entry {
     name: "phong",
     summary: "power-of-cosine lobe over a diffuse floor (modified, reciprocal form)",
     formula: "f_r = rho_d/pi + rho_s (n+2)/(2 pi) max(0, r.wo)^n",
     parameters: &[
         Parameter::number("rho_s", "albedo of the lobe at normal incidence", 0.0, 1.0),
-        Parameter::number("exponent", "sharpness n", 1.0, 1e6),
+        Parameter::number("exponent", "sharpness n", 1.0, 1e6).decades(2.0, 1e4),
         Parameter::number("rho_d", "albedo of the diffuse floor", 0.0, 1.0).or(0.0),
     ],
-    takes_material: false,
-    reciprocal: true,
     energy: "albedo <= rho_d + rho_s; the lobe falls as cos_theta_i",
     source: "Phong 1975; Lewis 1993; Lafortune and Willems 1994",
     example: "phong:rho_s=0.04,exponent=1000",
@@ -45,6 +44,7 @@ pub const ENTRY: Entry = Entry {
         let [rho_d, rho_s] = a.floor_and_lobe()?;
         Ok(Box::new(WithFloor::new(rho_d, rho_s, Phong::new(rho_s, a.required("exponent")?))))
     },
+    ..Entry::PLAIN
 };
 
 /// `f_r = rho_s (n + 2) / (2 pi) max(0, r . wo)^n` [1/sr].

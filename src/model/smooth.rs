@@ -15,56 +15,57 @@
 //!
 //! Source: Fresnel; Born and Wolf, sections 1.5.2, 14.2.
 
-use super::registry::{Entry, Parameter};
+use super::parameter::Parameter;
+use super::registry::Entry;
 use crate::optics::{Brdf, BrdfSample, Material};
 use glam::DVec3;
 
 /// Registry line of the perfect mirror.
-pub const MIRROR: Entry = Entry {
+pub static MIRROR: Entry = Entry {
     name: "mirror",
     summary: "perfect mirror, R = 1",
     formula: "specular core R = 1",
     parameters: &[],
-    takes_material: false,
-    reciprocal: true,
     energy: "albedo = 1",
     source: "definition",
     example: "mirror",
     build: |_| Ok(Box::new(Smooth { material: Material::Mirror })),
+    ..Entry::PLAIN
 };
 
 /// Registry line of the flat clear material.
-pub const DIELECTRIC: Entry = Entry {
+pub static DIELECTRIC: Entry = Entry {
     name: "dielectric",
     summary: "flat clear material over black: polished glass, a clear coat",
     formula: "specular core R(theta_i; n)",
-    parameters: &[Parameter::number("n", "refractive index", 1.0, 10.0)],
-    takes_material: true,
-    reciprocal: true,
+    parameters: &[Parameter::number("n", "refractive index", 1.0, 10.0).usual(1.3, 2.5)],
+    interface: true,
     energy: "albedo = R <= 1",
     source: "Fresnel; Born and Wolf 1.5.2",
     example: "dielectric:n=1.5",
     build: |a| Ok(Box::new(Smooth { material: a.material()? })),
+    ..Entry::PLAIN
 };
 
 /// Registry line of the flat metal.
-pub const CONDUCTOR: Entry = Entry {
+pub static CONDUCTOR: Entry = Entry {
     name: "conductor",
     summary: "flat metal",
     formula: "specular core R(theta_i; n + ik)",
     parameters: &[INDEX, EXTINCTION],
-    takes_material: true,
-    reciprocal: true,
+    interface: true,
     energy: "albedo = R <= 1",
     source: "Fresnel; Born and Wolf 14.2",
     example: "conductor:n=1.0,k=6.6",
     build: |a| Ok(Box::new(Smooth { material: a.material()? })),
+    ..Entry::PLAIN
 };
 
 /// Parameter `n` of every model with an interface.
-pub const INDEX: Parameter = Parameter::number("n", "refractive index", 0.01, 10.0);
+pub const INDEX: Parameter = Parameter::number("n", "refractive index", 0.01, 10.0).usual(1.3, 2.5);
 /// Parameter `k` of every model with an interface.
-pub const EXTINCTION: Parameter = Parameter::number("k", "extinction coefficient, 0 for a clear material", 0.0, 50.0);
+pub const EXTINCTION: Parameter =
+    Parameter::number("k", "extinction coefficient; absent for a clear material", 0.0, 50.0).usual(1.0, 8.0).optional();
 
 /// Smooth interface: specular core `R(theta_i)` of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,7 +23,8 @@ use super::albedo::{AlbedoTable, half_vector_average};
 use super::beckmann::GaussianSlopes;
 use super::floor::WithFloor;
 use super::microfacet::{ALPHA_CORE, Shape, floor_alpha};
-use super::registry::{Entry, Parameter};
+use super::parameter::Parameter;
+use super::registry::Entry;
 use super::smooth::mirror_sample;
 use crate::math::{half_vector, reflect};
 use crate::optics::{Brdf, BrdfSample};
@@ -32,19 +33,18 @@ use std::f64::consts::{PI, TAU};
 use std::sync::OnceLock;
 
 /// Registry line.
-pub const ENTRY: Entry = Entry {
+pub static ENTRY: Entry = Entry {
     name: "ward",
     summary: "Gaussian lobe over a diffuse floor, isotropic or brushed (1992 form)",
     formula: "f_r = rho_d/pi + rho_s exp(-tan^2(cos^2/ax^2 + sin^2/ay^2)) / (4 pi ax ay sqrt(cos_theta_i cos_theta_r))",
     parameters: &[
         Parameter::number("rho_s", "strength of the lobe", 0.0, 1.0),
-        Parameter::number("alpha", "roughness, sqrt 2 x rms slope along an axis", 0.0, 1.0),
-        Parameter::number("alpha_x", "roughness along x", 0.0, 1.0),
-        Parameter::number("alpha_y", "roughness along y", 0.0, 1.0),
+        Parameter::number("alpha", "roughness, sqrt 2 x rms slope along an axis", 0.0, 1.0).decades(0.005, 0.5),
+        Parameter::number("alpha_x", "roughness along x", 0.0, 1.0).decades(0.005, 0.5).instead_of("alpha"),
+        Parameter::number("alpha_y", "roughness along y", 0.0, 1.0).decades(0.005, 0.5).instead_of("alpha"),
         Parameter::number("rho_d", "albedo of the diffuse floor", 0.0, 1.0).or(0.0),
     ],
-    takes_material: false,
-    reciprocal: true,
+    exceeds_one: true,
     energy: "lobe albedo about rho_s cos_theta_i; exceeds 1 within a degree of grazing",
     source: "Ward 1992; Walter 2005",
     example: "ward:rho_s=0.045,alpha=0.02",
@@ -52,6 +52,7 @@ pub const ENTRY: Entry = Entry {
         let [rho_d, rho_s] = a.floor_and_lobe()?;
         Ok(Box::new(WithFloor::new(rho_d, rho_s, Ward::new(rho_s, a.alpha()?))))
     },
+    ..Entry::PLAIN
 };
 
 /// Incident azimuths averaged for the albedo of a brushed surface.

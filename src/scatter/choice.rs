@@ -6,11 +6,12 @@ use super::decision::{Decision, Judge};
 use super::facet_sum::{Azimuth, facet_sum};
 use super::kirchhoff::{TangentPlane, Wave, WaveDensity, WaveField};
 use super::rays::trace_rays;
+use super::selection::Selection;
 use super::slope_histogram::SlopeDensity;
 use super::tally::Tally;
 use crate::error::{Error, Result};
 use crate::facets::{HeightField, SlopeStatistics};
-use crate::heightmap::HeightMap;
+use crate::heightmap::{HeightMap, parameters};
 use crate::math::direction;
 use crate::optics::Material;
 use serde::{Deserialize, Serialize};
@@ -157,7 +158,13 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
         Symmetry::Isotropic => true,
         Symmetry::Anisotropic => false,
     };
-    let judge = Judge { map, options, statistics: &statistics, plane: TangentPlane::measure(map), isotropic };
+    let judge = Judge {
+        sq: parameters::sq(map),
+        options,
+        statistics: &statistics,
+        plane: TangentPlane::measure(map),
+        isotropic,
+    };
     let mut decisions: Vec<Decision> = options.theta_i.iter().map(|&theta_i| judge.decide(theta_i)).collect();
     let served = |wave: bool| decisions.iter().any(|d| d.wave == wave);
     let field = served(true).then(|| WaveField::new(map, &statistics, options.wave));
@@ -220,8 +227,13 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
                         |wave| wave.tally(&cells, wi, mirror, &options.material, &hiding),
                     )
                 }
-                Method::Rays => trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed),
-                _ if decision.visibility => facet_sum(&walk, &cells, theta_i, azimuth, share),
+                Method::Rays => {
+                    trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed, &Selection::default())
+                        .tally()
+                }
+                _ if decision.visibility => {
+                    facet_sum(&walk, &cells, theta_i, azimuth, &Selection::share(share)).tally()
+                }
                 _ => density.tally(&cells, direction(theta_i, phi), &options.material, &hiding),
             });
             done += 1.0;

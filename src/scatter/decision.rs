@@ -6,7 +6,6 @@ use super::kirchhoff::{SMALLEST_FOR_RAYS, TangentPlane, rayleigh_parameter};
 use super::slope_histogram::SlopeDensity;
 use crate::facets::SlopeStatistics;
 use crate::facets::distribution::Hiding;
-use crate::heightmap::{HeightMap, parameters};
 use crate::math::direction;
 use crate::optics::Material;
 use serde::{Deserialize, Serialize};
@@ -58,7 +57,8 @@ impl std::fmt::Display for Decision {
 
 /// What decisions are made from.
 pub(super) struct Judge<'a> {
-    pub map: &'a HeightMap,
+    /// Root-mean-square height \[m\].
+    pub sq: f64,
     pub options: &'a Options,
     pub statistics: &'a SlopeStatistics,
     pub plane: TangentPlane,
@@ -69,13 +69,12 @@ impl Judge<'_> {
     /// Rays or wave: decided by the Rayleigh parameter alone, since below 9 no ray method holds. An exactly flat map is a mirror
     /// to both.
     pub fn decide(&self, theta_i: f64) -> Decision {
-        let sq = parameters::sq(self.map);
         let wavelength = self.options.wave.wavelength;
-        let rayleigh = rayleigh_parameter(sq, theta_i, wavelength);
+        let rayleigh = rayleigh_parameter(self.sq, theta_i, wavelength);
         Decision {
             theta_i,
             wave: match self.options.method {
-                Method::Auto => sq > 0.0 && rayleigh < SMALLEST_FOR_RAYS,
+                Method::Auto => self.sq > 0.0 && rayleigh < SMALLEST_FOR_RAYS,
                 Method::Kirchhoff => true,
                 Method::Geometric | Method::Facets | Method::Rays => false,
             },
