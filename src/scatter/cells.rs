@@ -5,6 +5,9 @@ use crate::facets::SlopeStatistics;
 use crate::math::{half_vector, slope_of_half_vector};
 use glam::DVec3;
 
+/// Share of the energy that may go astray unless asked otherwise.
+pub const TOLERANCE: f64 = 0.01;
+
 /// Slope of a facet at 87 deg; whatever is steeper falls into the last cell.
 const STEEPEST: f64 = 20.0;
 

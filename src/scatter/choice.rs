@@ -1,7 +1,7 @@
 //! How to scatter, and the run over all incident directions.
 
 use super::bounce::Walk;
-use super::cells::HalfVectorCells;
+use super::cells::{HalfVectorCells, TOLERANCE};
 use super::decision::{Decision, Judge};
 use super::facet_sum::{Azimuth, facet_sum};
 use super::kirchhoff::{TangentPlane, Wave, WaveDensity, WaveField};
@@ -80,7 +80,7 @@ impl Default for Options {
             wave: Wave::default(),
             theta_i: degrees.map(f64::to_radians).to_vec(),
             phi_i: (0..12).map(|k| (30.0 * f64::from(k)).to_radians()).collect(),
-            tolerance: 0.01,
+            tolerance: TOLERANCE,
             rays: 1_000_000,
             bounces: 8,
             seed: 1,
