@@ -16,4 +16,4 @@ pub use facets::{Azimuths, FacetGloss, facet_gloss};
 pub use geometry::Geometry;
 pub use gloss::{Options, gloss};
 pub use surface::surface_gloss;
-pub use validity::{Warning, check_rays, rayleigh_parameter};
+pub use validity::{Holds, Warning, check_rays, check_waves, rayleigh_parameter};

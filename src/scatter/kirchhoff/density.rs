@@ -76,7 +76,8 @@ impl WaveDensity {
     ///
     /// `G` is Smith's masking-shadowing of the measured slopes, for both: the phase integral lights every point of the map.
     /// What `G` hides, and what the formula sends below the horizon, would meet the surface again: it is `lost`. Scalar
-    /// Kirchhoff does not conserve energy to better than the square of the slopes; an excess is taken from all alike.
+    /// Kirchhoff does not conserve energy: near grazing a lobe wider than its angle to the surface gets up to twice the
+    /// incoherent light there is. More than the mirror beam has left is scaled down to it.
     pub fn tally(&self, cells: &HalfVectorCells, wi: DVec3, mirror: f64, material: &Material, hiding: &Hiding) -> Tally {
         let mut tally = Tally::new(cells.len());
         let k = self.wave.wave_number();
@@ -102,10 +103,13 @@ impl WaveDensity {
         }
         let beam = mirror * hiding.visible(wi.z, wi.z);
         let reflectance = material.reflectance(wi.z);
+        let excess = (escaping / (1.0 - beam).max(f64::MIN_POSITIVE)).max(1.0);
+        tally.energy.iter_mut().for_each(|e| *e /= excess);
         tally.core = beam * reflectance;
-        tally.absorbed += beam * (1.0 - reflectance);
-        tally.incident = (escaping + beam).max(1.0);
-        tally.lost = tally.incident - escaping - beam;
+        tally.absorbed = tally.absorbed / excess + beam * (1.0 - reflectance);
+        tally.incident = 1.0;
+        tally.lost = (1.0 - beam - escaping / excess).max(0.0);
+        tally.bounces[0] = tally.energy.iter().sum::<f64>() + tally.core;
         tally.shadowed = hiding.lambda(wi.z);
         tally
     }
