@@ -80,7 +80,9 @@ fn shapes(svg: &str) -> Shapes {
 fn says_what_it_shows() {
     let svg = gloss_vs_roughness(&surfaces(), "Epoxy & glass");
     let found = shapes(&svg);
-    for label in ["20\u{b0}", "60\u{b0}", "85\u{b0}", "nm", "GU", "standard error", "hollow", "rays alone", "neither", "Sq"] {
+    for label in
+        ["20\u{b0}", "60\u{b0}", "85\u{b0}", "nm", "GU", "standard error", "hollow", "rays alone", "neither", "Sq"]
+    {
         assert!(found.texts.iter().any(|t| t.contains(label)), "{label} in {:?}", found.texts);
     }
     // Logarithmic axis of Sq, gloss from 0 to a round number above the highest bar.

@@ -249,7 +249,7 @@ struct Entry<'a> {
 
 fn draw_row(canvas: &Canvas, y: f64, entries: Vec<Entry>) {
     const SWATCH: f64 = 44.0;
-    const GAP: f64 = 26.0;
+    const GAP: f64 = 20.0;
     let width = |entry: &Entry| SWATCH + text_width(entry.note, TICK.size);
     let total = entries.iter().map(width).sum::<f64>() + GAP * (entries.len() as f64 - 1.0);
     let mut x = 0.5 * (LEFT + WIDTH - RIGHT) - 0.5 * total;

@@ -54,6 +54,8 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             "shadowed_fraction": mean(|n| n.shadowed),
             "predicted_blocked_fraction": prediction.decisions.iter().map(|d| d.predicted_blocked).collect::<Vec<_>>(),
             "preparation": prepared.report,
+            "reasons": prediction.decisions.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "waves": prediction.decisions.iter().map(|d| d.wave).collect::<Vec<_>>(),
             "visibility": prediction.decisions.iter().map(|d| d.visibility).collect::<Vec<_>>(),
         }));
     }
@@ -75,7 +77,13 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             multiple[t],
             lost[t],
             d.predicted_blocked,
-            if d.visibility { "traced" } else { "Smith" },
+            if d.wave {
+                "Smith (waves)"
+            } else if d.visibility {
+                "traced"
+            } else {
+                "Smith"
+            },
         );
     }
     println!(

@@ -1,11 +1,11 @@
 //! Which answer may be believed at a geometry, rays or waves, and what to say about it.
 
 use super::geometry::Geometry;
-pub use crate::scatter::kirchhoff::{SMALLEST_FOR_RAYS, rayleigh_parameter};
 use crate::scatter::Decision;
+pub use crate::scatter::kirchhoff::{SMALLEST_FOR_RAYS, rayleigh_parameter};
 
-/// Share of the light that may bounce more than once, or of the facets that may be too steep for the pitch, before the wave answer
-/// is not believed.
+/// Share of the light that the wave calculation may leave unfollowed, or of the facets that may be too steep for the pitch,
+/// before its answer is not believed.
 pub const LARGEST_FOR_WAVES: f64 = 0.05;
 
 /// Which calculation holds at a geometry.
@@ -81,9 +81,10 @@ pub enum Warning {
     WavesBounceOnce {
         /// Angle of incidence \[rad\].
         theta_i: f64,
-        /// Predicted shares of facets in shadow and of light that bounces again.
+        /// Predicted share of facets in shadow.
         shadowed: f64,
-        blocked: f64,
+        /// Share of the light hidden by Smith's factor or sent below the horizon.
+        unfollowed: f64,
     },
 }
 
@@ -139,13 +140,13 @@ impl std::fmt::Display for Warning {
                  instrument: compare with --s-filter.",
                 theta_i.to_degrees(),
             ),
-            Warning::WavesBounceOnce { theta_i, shadowed, blocked } => write!(
+            Warning::WavesBounceOnce { theta_i, shadowed, unfollowed } => write!(
                 f,
-                "At {:.0} deg {:.1} % of the facets lie in shadow and {:.1} % of the light would meet the surface again; the \
-                 wave calculation takes it off by Smith's factor and does not follow it further.",
+                "At {:.0} deg {:.1} % of the facets lie in shadow; the wave calculation takes {:.1} % of the light off for \
+                 shadow and for directions below the horizon, and does not follow it to where it would be reflected again.",
                 theta_i.to_degrees(),
                 100.0 * shadowed,
-                100.0 * blocked,
+                100.0 * unfollowed,
             ),
         }
     }
@@ -170,9 +171,9 @@ pub fn check_waves(decision: &Decision) -> Vec<Warning> {
     if decision.tangent_plane < 1.0 {
         found.push(Warning::TooCurved { theta_i, criterion: decision.tangent_plane });
     }
-    if decision.predicted_blocked > LARGEST_FOR_WAVES {
-        let (shadowed, blocked) = (decision.predicted_shadowed, decision.predicted_blocked);
-        found.push(Warning::WavesBounceOnce { theta_i, shadowed, blocked });
+    if decision.unfollowed > LARGEST_FOR_WAVES {
+        let shadowed = decision.predicted_shadowed;
+        found.push(Warning::WavesBounceOnce { theta_i, shadowed, unfollowed: decision.unfollowed });
     }
     found
 }

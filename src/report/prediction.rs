@@ -140,8 +140,10 @@ fn measure_gloss(prediction: &mut Prediction, settings: &Settings) -> Result<()>
     let gloss = surface_gloss(&prediction.brdf, &settings.glossmeter, &options)?;
     for (k, geometry) in settings.glossmeter.iter().enumerate() {
         let theta_i = geometry.theta_i;
-        let (core, core_error, wave) = prediction.mirror_beam(geometry);
-        prediction.gloss[k] = gloss[k].with_error(core * core_error);
+        let (core, share, core_error, wave) = prediction.mirror_beam(geometry);
+        // Light that the mirror beam gains is taken from the lobe.
+        let lobe = (gloss[k].value - core) * share / (1.0 - share).max(1e-9);
+        prediction.gloss[k] = gloss[k].with_error((core - lobe).abs() * core_error);
         prediction.wave[k] = wave;
         let g = rayleigh_parameter(prediction.sq, theta_i, settings.wavelength);
         prediction.rayleigh[k] = g;
@@ -160,13 +162,16 @@ fn measure_gloss(prediction: &mut Prediction, settings: &Settings) -> Result<()>
 }
 
 impl Prediction {
-    /// Gloss of the specular core alone \[GU\], its relative error, and whether waves serve at the incident angle.
-    fn mirror_beam(&self, geometry: &Geometry) -> (f64, f64, bool) {
+    /// Gloss of the specular core alone \[GU\], its share of the light, its relative error, and whether waves serve at the
+    /// incident angle.
+    fn mirror_beam(&self, geometry: &Geometry) -> (f64, f64, f64, bool) {
         let table = self.brdf.table();
         let wi = direction(geometry.theta_i, 0.0);
         let standard = fresnel::dielectric(wi.z, geometry.standard_index);
         let (error, wave) = table.wave_at(wi);
-        (100.0 * table.core(wi) / standard, error, wave)
+        let core = table.core(wi);
+        let share = core / table.material().reflectance(wi.z).max(f64::MIN_POSITIVE);
+        (100.0 * core / standard, share, error, wave)
     }
 
     /// The decision for the incident angle nearest to `theta_i`.

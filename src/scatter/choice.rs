@@ -187,8 +187,12 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
     let any_visibility = decisions.iter().any(|d| d.visibility);
     let phi_i = if isotropic || !any_visibility { vec![0.0] } else { options.phi_i.clone() };
     let heights = HeightField::new(map);
-    let walk =
-        Walk { field: &heights, material: options.material, max_bounces: options.bounces, steepest: statistics.steepest };
+    let walk = Walk {
+        field: &heights,
+        material: options.material,
+        max_bounces: options.bounces,
+        steepest: statistics.steepest,
+    };
     let share = match options.method {
         // Every azimuth of an anisotropic table asks its own facets, so fewer per azimuth do.
         Method::Auto | Method::Geometric | Method::Kirchhoff => {
@@ -208,7 +212,7 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
     let mut core_error = Vec::with_capacity(decisions.len());
     let mut done = 0.0;
     let mut tallies = Vec::with_capacity(decisions.len());
-    for decision in &decisions {
+    for decision in &mut decisions {
         let mut row = Vec::with_capacity(phi_i.len());
         let cos = decision.theta_i.cos();
         let (mirror, mirror_error) = match &field {
@@ -238,6 +242,9 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
             });
             done += 1.0;
             progress(wave_part + (1.0 - wave_part) * done / nodes);
+        }
+        if decision.wave {
+            decision.unfollowed = row.iter().map(|tally: &Tally| tally.book().lost).fold(0.0, f64::max);
         }
         tallies.push(row);
     }

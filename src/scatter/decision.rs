@@ -28,6 +28,8 @@ pub struct Decision {
     pub undersampled: f64,
     /// `4 pi r cos_theta / lambda` with the radius of curvature r; the tangent plane of the wave calculation asks for more than 1.
     pub tangent_plane: f64,
+    /// Share of the light that the wave calculation does not follow: hidden by Smith's factor or sent below the horizon.
+    pub unfollowed: f64,
     /// Largest hidden share that the slope distribution may leave to Smith's function: a tenth of the tolerance.
     pub limit: f64,
 }
@@ -84,6 +86,7 @@ impl Judge<'_> {
             predicted_blocked: 0.0,
             undersampled: self.plane.undersampled(self.statistics, theta_i, wavelength),
             tangent_plane: self.plane.brekhovskikh(theta_i, wavelength),
+            unfollowed: 0.0,
             limit: 0.1 * self.options.tolerance,
         }
     }

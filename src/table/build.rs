@@ -209,10 +209,7 @@ fn relative_error(scatter: &Scatter, tally: &Tally, cell: usize, by_subarea: Opt
 
 /// Density of each part over that of the whole; 1 where the whole has none.
 fn ratios(parts: &[Vec<f64>], whole: &[f64]) -> Vec<Vec<f64>> {
-    parts
-        .iter()
-        .map(|part| part.iter().zip(whole).map(|(s, w)| if *w > 0.0 { s / w } else { 1.0 }).collect())
-        .collect()
+    parts.iter().map(|part| part.iter().zip(whole).map(|(s, w)| if *w > 0.0 { s / w } else { 1.0 }).collect()).collect()
 }
 
 fn mean(parts: &[Vec<f64>]) -> Vec<f64> {

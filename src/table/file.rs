@@ -171,7 +171,10 @@ impl Table {
                 return Err(corrupt(format!("{name} has another number of cells than density")));
             }
         }
-        if [&density, &relative_error, &ratios, &speckle].iter().any(|v| v.iter().any(|x| !(*x >= 0.0 && x.is_finite()))) {
+        if [&density, &relative_error, &ratios, &speckle]
+            .iter()
+            .any(|v| v.iter().any(|x| !(*x >= 0.0 && x.is_finite())))
+        {
             return Err(corrupt("a density is negative or not finite".to_owned()));
         }
         let mut nodes = vec![Node::default(); n];

@@ -153,7 +153,11 @@ impl Table {
 
     /// What carries the map-to-map error of a node.
     pub(crate) fn ratios_of(&self, node: usize) -> &[Vec<f64>] {
-        if self.nodes[node].wave > 0.5 && !self.speckle_ratio.is_empty() { &self.speckle_ratio } else { &self.subarea_ratio }
+        if self.nodes[node].wave > 0.5 && !self.speckle_ratio.is_empty() {
+            &self.speckle_ratio
+        } else {
+            &self.subarea_ratio
+        }
     }
 
     /// Range of a node's cells in `density` and `relative_error`.

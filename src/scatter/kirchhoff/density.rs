@@ -78,7 +78,14 @@ impl WaveDensity {
     /// What `G` hides, and what the formula sends below the horizon, would meet the surface again: it is `lost`. Scalar
     /// Kirchhoff does not conserve energy: near grazing a lobe wider than its angle to the surface gets up to twice the
     /// incoherent light there is. More than the mirror beam has left is scaled down to it.
-    pub fn tally(&self, cells: &HalfVectorCells, wi: DVec3, mirror: f64, material: &Material, hiding: &Hiding) -> Tally {
+    pub fn tally(
+        &self,
+        cells: &HalfVectorCells,
+        wi: DVec3,
+        mirror: f64,
+        material: &Material,
+        hiding: &Hiding,
+    ) -> Tally {
         let mut tally = Tally::new(cells.len());
         let k = self.wave.wave_number();
         let source = self.source_points(wi);

@@ -72,9 +72,10 @@ impl<'a> WaveField<'a> {
     /// Share of the light in the mirror beam and its relative standard error, averaged over the band.
     pub fn mirror_share(&self, v_z: f64) -> (f64, f64) {
         let n = self.band.len() as f64;
-        self.band.iter().map(|b| self.coherent(v_z * b)).fold((0.0, 0.0), |(share, error), c| {
-            (share + c.share() / n, error + c.relative_error / n)
-        })
+        self.band
+            .iter()
+            .map(|b| self.coherent(v_z * b))
+            .fold((0.0, 0.0), |(share, error), c| (share + c.share() / n, error + c.relative_error / n))
     }
 
     /// Power through every window at one `v_z`, with the incoherent share and each window's part of the whole.
@@ -102,18 +103,17 @@ impl<'a> WaveField<'a> {
         let axes = principal(statistics, isotropic);
         let (centre, (sin, cos)) =
             if isotropic { ([0.0; 2], (0.0, 1.0)) } else { (statistics.mean, statistics.axis_angle.sin_cos()) };
-        let mut nearest: Vec<(f64, f64)> = Vec::new();
-        let mut bin = 0.0f64;
-        for (spectrum, share) in self.spectra(v_z).1 {
-            let [columns, rows] = spectrum.size;
-            bin = bin.max(spectrum.bin()[0].max(spectrum.bin()[1]));
-            nearest.extend((0..rows * columns).map(|k| {
+        let spectrum = averaged(self.spectra(v_z).1);
+        let [columns, rows] = spectrum.size;
+        let bin = spectrum.bin()[0].max(spectrum.bin()[1]);
+        let mut nearest: Vec<(f64, f64)> = (0..rows * columns)
+            .map(|k| {
                 let (p, q) = spectrum.slope(k / columns, k % columns);
                 let (p, q) = (p - centre[0], q - centre[1]);
                 let radius = ((cos * p + sin * q) / axes[0]).hypot((cos * q - sin * p) / axes[1]);
-                (radius, share * f64::from(spectrum.energy[k]))
-            }));
-        }
+                (radius, f64::from(spectrum.energy[k]))
+            })
+            .collect();
         let least = bin / axes[0];
         let total: f64 = nearest.iter().map(|b| b.1).sum();
         nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
@@ -148,18 +148,14 @@ impl<'a> WaveField<'a> {
             let mut incoherent = 0.0;
             for (member, relative) in self.band.iter().enumerate() {
                 let (share, spectra) = self.spectra(v_z * relative);
-                let replicate = slice == middle && member == 0;
-                let mut energy = vec![0.0; slots.len()];
-                for (w, (spectrum, part)) in spectra.iter().enumerate() {
-                    let groups = if replicate { REPLICATES.div_ceil(spectra.len()) } else { 1 };
-                    let counted = slots.count(spectrum, groups, |r, c| deal(w, r / PATCH, c / PATCH, groups));
-                    for group in counted.chunks(slots.len()) {
-                        energy.iter_mut().zip(group).for_each(|(t, e)| *t += part * e);
-                        if replicate {
-                            density.replicates.push(slots.density(group));
-                        }
+                if slice == middle && member == 0 {
+                    let groups = REPLICATES.div_ceil(spectra.len());
+                    for (w, (spectrum, _)) in spectra.iter().enumerate() {
+                        let counted = slots.count(spectrum, groups, |r, c| deal(w, r / PATCH, c / PATCH, groups));
+                        density.replicates.extend(counted.chunks(slots.len()).map(|group| slots.density(group)));
                     }
                 }
+                let energy = slots.count(&averaged(spectra), 1, |_, _| 0);
                 sum.iter_mut().zip(slots.density(&energy)).for_each(|(t, d)| *t += share * d);
                 incoherent += share;
                 progress((slice as f64 + (member + 1) as f64 / self.band.len() as f64) / count as f64);
@@ -171,6 +167,17 @@ impl<'a> WaveField<'a> {
         }
         density
     }
+}
+
+/// Mean of equally large spectra with their parts of the whole.
+fn averaged(spectra: Vec<(Spectrum, f64)>) -> Spectrum {
+    let mut spectra = spectra.into_iter();
+    let (mut mean, part) = spectra.next().expect("`Windows::choose` leaves a window");
+    mean.energy.iter_mut().for_each(|e| *e *= part as f32);
+    for (spectrum, part) in spectra {
+        mean.energy.iter_mut().zip(&spectrum.energy).for_each(|(m, e)| *m += part as f32 * e);
+    }
+    mean
 }
 
 /// Principal slopes, the second not thinner than a fiftieth of the first, nor either zero.

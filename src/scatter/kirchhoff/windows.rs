@@ -70,7 +70,8 @@ impl Windows {
         let size = [map.width(), map.height()];
         let pitch = [map.pitch_x, map.pitch_y];
         let across = if map.edges == Edges::Periodic { 1 } else { Self::across(map, size, pitch) };
-        let wide = [0, 1].map(|k| if map.edges == Edges::Periodic { size[k] } else { fast(2 * size[k] / (across + 1)) });
+        let wide =
+            [0, 1].map(|k| if map.edges == Edges::Periodic { size[k] } else { fast(2 * size[k] / (across + 1)) });
         let taper: [Vec<f32>; 2] =
             wide.map(|n| (0..n).map(|i| if map.edges == Edges::Periodic { 1.0 } else { hann(i, n) }).collect());
         let origin = |k: usize, part: usize| match across {
@@ -82,7 +83,13 @@ impl Windows {
             .collect();
         let full: f64 = taper.iter().map(|t| t.iter().map(|w| f64::from(w * w)).sum::<f64>()).product();
         let enough = all.iter().any(|w| w.weight > FEWEST_MEASURED * full);
-        let list = all.into_iter().filter(|w| w.weight > if enough { FEWEST_MEASURED * full } else { 0.0 }).collect();
+        let mut list: Vec<Window> =
+            all.into_iter().filter(|w| w.weight > if enough { FEWEST_MEASURED * full } else { 0.0 }).collect();
+        if list.is_empty() {
+            // The few measured points lie on the rim that a faster transform leaves out.
+            list.push(Window::new(map, [0, 0], size.map(|n| vec![1.0; n])));
+        }
+        let wide = list[0].size();
         Windows { list, periodic: map.edges == Edges::Periodic, width: [0, 1].map(|k| wide[k] as f64 * pitch[k]) }
     }
 
