@@ -3,12 +3,11 @@
 
 mod reference;
 
-use asperity::facets::SlopeStatistics;
 use asperity::heightmap::{Edges, HeightMap, level, synth};
 use asperity::math::direction;
 use asperity::meter::{self, Geometry, gloss};
 use asperity::sample::TableBrdf;
-use asperity::scatter::kirchhoff::rayleigh_parameter;
+use asperity::optics::fresnel;
 use asperity::scatter::{Method, Options, scatter};
 use asperity::table::{Provenance, Table};
 
@@ -40,9 +39,8 @@ fn gloss_is_that_of_the_series() {
             let collimated = Geometry { source: [1e-6, 1e-6], ..geometry };
             let value = gloss(&brdf, &collimated, &meter::Options::default()).value;
             let (wanted, coherent) = (row[&name], row[&format!("{name}_coherent")]);
-            let core = coherent * brdf.table().core(direction(theta_i, 0.0))
-                / (asperity::optics::fresnel::dielectric(theta_i.cos(), 1.5)
-                    * (-rayleigh_parameter(sq, theta_i, WAVELENGTH)).exp());
+            let standard = fresnel::dielectric(theta_i.cos(), 1.567);
+            let core = 100.0 * brdf.table().core(direction(theta_i, 0.0)) / standard;
             let off = (value - wanted).abs() / (0.02 * wanted).max(0.5);
             worst = worst.max(off);
             println!(
@@ -51,8 +49,8 @@ fn gloss_is_that_of_the_series() {
                 acl * 1e6
             );
             assert!(off < 1.0, "{name} of {sq:e}, {acl:e}: {value} instead of {wanted}");
-            // The reference counts Smith's shadow in the mirror beam, `core` here once more: at most twice 3 %.
-            assert!((core - coherent).abs() < 0.07 * coherent + 0.5, "{name} of {sq:e}, {acl:e}: {core} {coherent}");
+            // The mirror beam by itself; at g of some units a map of finite size knows it to a few percent only.
+            assert!((core - coherent).abs() < 0.02 * coherent + 0.5, "{name} of {sq:e}, {acl:e}: {core} {coherent}");
         }
     }
     println!("worst deviation: {worst:.2} of the tolerance");
@@ -82,5 +80,4 @@ fn waves_join_rays() {
     }
     let rest: f64 = s.tallies.iter().map(|row| row[0].core).fold(0.0, f64::max);
     assert!(rest > 0.0 && s.tallies[2][0].core == 0.0);
-    assert!(SlopeStatistics::measure(&map).unwrap().looks_isotropic());
 }
