@@ -1,6 +1,5 @@
 //! Where the wave calculation ends: bad maps, grazing light, real maps; threads; a polished surface.
 
-
 use asperity::heightmap::read::{ReadOptions, read};
 use asperity::heightmap::{Edges, HeightMap, level, synth};
 use asperity::math::direction;

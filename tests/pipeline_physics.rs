@@ -107,7 +107,10 @@ fn sawtooth_weights_and_angles() {
 fn gaussian_lobe_is_the_microfacet_formula() {
     let (sq, acl) = (0.7e-6, 10e-6);
     let map = gaussian(sq, acl, 4);
-    let (s, brdf) = run(&map, &Options { method: Method::Geometric, material: Material::Dielectric { n: 1.5 }, ..Options::default() });
+    let (s, brdf) = run(
+        &map,
+        &Options { method: Method::Geometric, material: Material::Dielectric { n: 1.5 }, ..Options::default() },
+    );
     assert!(s.isotropic);
     let alpha = s.statistics.sdq;
     let lambda = |cos: f64| {

@@ -1,14 +1,17 @@
-//! `asperity gloss`: the virtual glossmeter on any source.
+//! `asperity gloss`: the virtual light meter on any source.
 
 use super::map_options::MapOptions;
 use super::print_json;
 use super::progress::Bar;
+use super::readings::{self, CSV_HEAD, HEADS, Readings};
 use super::scatter_options::ScatterOptions;
 use super::source::Source;
 use crate::math::Estimate;
 use crate::meter::Holds;
+use crate::output::write_bytes;
 use crate::report::Prediction;
 use clap::Args;
+use rayon::prelude::*;
 use serde_json::json;
 
 #[derive(Args)]
@@ -16,6 +19,8 @@ pub struct Arguments {
     /// Height maps, tables or models such as beckmann:alpha=0.02,n=1.5
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<String>,
+    #[command(flatten)]
+    readings: readings::Flags,
     #[command(flatten)]
     map: MapOptions,
     #[command(flatten)]
@@ -25,6 +30,7 @@ pub struct Arguments {
 const ANGLES: [&str; 3] = ["20", "60", "85"];
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
+    let bench = a.readings.bench()?;
     let bar = Bar::new("gloss", a.sources.len());
     let sources: Vec<Source> = a
         .sources
@@ -32,6 +38,8 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         .enumerate()
         .map(|(k, text)| Source::open(text, &a.map, &a.scatter, &|share| bar.set(k, share)))
         .collect::<Result<_, _>>()?;
+    let found: Vec<Readings> =
+        sources.par_iter().map(|s| bench.read(s, &readings::azimuths(s))).collect::<Result<_, _>>()?;
     bar.finish();
     sources.iter().for_each(Source::print_preparation);
     for p in sources.iter().filter_map(Source::surface) {
@@ -39,14 +47,25 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             eprintln!("warning: {}: {warning}", p.name);
         }
     }
+    for (s, readings) in sources.iter().zip(&found) {
+        for name in readings.unconverged() {
+            eprintln!("warning: {}: `{name}` has not converged to its tolerance; judge it by its error", s.name());
+        }
+    }
+    if let Some(path) = &a.readings.csv {
+        let rows: String = sources.iter().zip(&found).map(|(s, r)| r.csv(s.name(), s.gloss())).collect();
+        write_bytes(path, (CSV_HEAD.to_owned() + &rows).as_bytes())?;
+    }
     if json {
         let list: Vec<_> = sources
             .iter()
-            .map(|s| {
+            .zip(&found)
+            .map(|(s, readings)| {
                 let mut entry = json!({
                     "source": s.name(), "gloss": gloss_json(s.gloss(), s.surface()),
                     "method": s.surface().map_or_else(|| "model".to_owned(), Prediction::method_summary),
                 });
+                readings.add_to(&mut entry);
                 if let Some(report) = s.preparation() {
                     entry["preparation"] = json!(report);
                 }
@@ -66,6 +85,23 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         println!();
     }
     print_marks(sources.iter().filter_map(Source::surface));
+    println!(
+        "\n{:<width$}  {:>18}  {:>10}  {:>10}  {:>18}  {:>18}",
+        "source", HEADS[0], HEADS[1], HEADS[2], HEADS[3], HEADS[4]
+    );
+    for (s, readings) in sources.iter().zip(&found) {
+        let [haze, log_haze, index, doi, rspec] = readings.line();
+        println!("{:<width$}  {haze:>18}  {log_haze:>10}  {index:>10}  {doi:>18}  {rspec:>18}", s.name());
+    }
+    println!(
+        "\nGloss, haze (both sides of 20 deg together) and Rspec in GU: black glass n = 1.567 reads 100. DOI in percent."
+    );
+    for (s, readings) in sources.iter().zip(&found) {
+        readings.print_sheets(s.name());
+    }
+    if let Some(path) = &a.readings.csv {
+        println!("wrote {}", path.display());
+    }
     Ok(())
 }
 

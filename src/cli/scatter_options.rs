@@ -24,13 +24,13 @@ pub struct ScatterOptions {
     /// Full width of the band of wavelengths that the wave calculation averages over
     #[arg(long, value_parser = quantity::length, default_value = "0nm", value_name = "LENGTH")]
     band: f64,
-    /// Full angle \[deg\] of a source that the wave calculation averages over; the glossmeter adds its own stop
+    /// Full angle in degrees of a source that the wave calculation averages over; the glossmeter adds its own stop
     #[arg(long, default_value_t = 0.0, value_name = "DEG")]
     source_cone: f64,
-    /// Incident polar angles \[deg\], rising [default: 0 to 88 in 14 steps]
+    /// Incident polar angles in degrees, rising [default: 0 to 88 in 14 steps]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     theta_i: Option<Vec<f64>>,
-    /// Source azimuths \[deg\] of an anisotropic table, rising [default: every 30]
+    /// Source azimuths in degrees of an anisotropic table, rising [default: every 30]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     phi_i: Option<Vec<f64>>,
     /// Whether to average over source azimuths
@@ -45,7 +45,7 @@ pub struct ScatterOptions {
     /// Reflections a ray may make
     #[arg(long, default_value_t = 8)]
     bounces: u32,
-    /// Source stop of the glossmeter, full angles \[deg\] in and across the plane of measurement
+    /// Source stop of the glossmeter, full angles in degrees in and across the plane of measurement
     #[arg(long, value_name = "IN,ACROSS", value_parser = quantity::pair, default_value = "0.75,2.5")]
     source_stop: [f64; 2],
     /// Same seed, same bytes
@@ -73,6 +73,19 @@ impl ScatterOptions {
     /// Wavelength \[m\].
     pub fn wavelength(&self) -> f64 {
         self.wavelength
+    }
+
+    /// Directions of incidence asked for, `(theta_i, phi_i)` \[rad\]; 20 deg at azimuth 0 unless said otherwise.
+    pub fn directions(&self) -> Result<Vec<(f64, f64)>> {
+        self.settings()?;
+        let theta_i = self.theta_i.clone().unwrap_or_else(|| vec![20f64.to_radians()]);
+        let phi_i = self.phi_i.clone().unwrap_or_else(|| vec![0.0]);
+        Ok(theta_i.iter().flat_map(|&t| phi_i.iter().map(move |&p| (t, p))).collect())
+    }
+
+    /// Whether --phi-i was given.
+    pub fn names_azimuths(&self) -> bool {
+        self.phi_i.is_some()
     }
 
     /// The library's settings.

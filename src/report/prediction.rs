@@ -9,7 +9,8 @@ use crate::meter::{
 };
 use crate::optics::fresnel;
 use crate::sample::TableBrdf;
-use crate::scatter::{self, Decision};
+use crate::scatter::tally::BOUNCES;
+use crate::scatter::{self, Decision, Run, Tally};
 use crate::table::{Provenance, Table};
 
 /// Source azimuths over which the gloss of an anisotropic surface is averaged \[rad\].
@@ -50,6 +51,10 @@ pub struct Prediction {
     pub missing_fraction: f64,
     pub isotropic: bool,
     pub decisions: Vec<Decision>,
+    /// Facets with three measured vertices; 0 if unknown.
+    pub facets: u64,
+    /// Share of the incident energy that left after 1, 2, 3 and more bounces, per incident polar angle, the mean over azimuths.
+    pub bounce_fractions: Vec<[f64; BOUNCES]>,
     pub brdf: TableBrdf,
     /// Gloss at 20, 60, 85 deg \[GU\], from the table: by rays or by waves, whichever served there.
     pub gloss: [Estimate; 3],
@@ -72,10 +77,24 @@ pub fn predict(
     settings: &Settings,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Prediction> {
+    predict_run(map, name, settings, &mut Run::Whole, progress)
+}
+
+/// As [`predict`], with the beams of `run`: all of them, or the merged sums of several parts.
+///
+/// # Errors
+/// As [`predict`]; also if the sums in `run` are not of this map and these settings.
+pub fn predict_run(
+    map: &HeightMap,
+    name: &str,
+    settings: &Settings,
+    run: &mut Run,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Prediction> {
     let sq = parameters::sq(map);
     // The ISO number of `inspect`, over edges; the cells follow the mean over facets, which a gap weighs differently.
     let sdq = parameters::Gradient::measure(map).sdq;
-    let scattered = scatter::scatter(map, &settings.scatter, &|done| progress(0.8 * done))?;
+    let scattered = scatter::scatter_run(map, &settings.scatter, run, &|done| progress(0.8 * done))?;
     let provenance = Provenance {
         source: name.to_owned(),
         sq,
@@ -87,6 +106,7 @@ pub fn predict(
         program: concat!("asperity ", env!("CARGO_PKG_VERSION")).to_owned(),
     };
     let table = Table::from_scatter(&scattered, provenance);
+    let bounce_fractions = scattered.tallies.iter().map(|row| mean_bounces(row)).collect();
     let brdf = TableBrdf::new(table)?;
     let mut prediction = Prediction {
         name: name.to_owned(),
@@ -95,6 +115,8 @@ pub fn predict(
         missing_fraction: map.missing_fraction(),
         isotropic: scattered.isotropic,
         decisions: scattered.decisions,
+        facets: scattered.statistics.facets,
+        bounce_fractions,
         gloss: [Estimate::default(); 3],
         ray_gloss: None,
         wave: [false; 3],
@@ -123,6 +145,8 @@ pub fn from_table(table: Table, name: &str, settings: &Settings) -> Result<Predi
         missing_fraction: provenance.missing_fraction,
         isotropic: table.is_isotropic(),
         decisions: Vec::new(),
+        facets: 0,
+        bounce_fractions: Vec::new(),
         brdf: TableBrdf::new(table)?,
         gloss: [Estimate::default(); 3],
         ray_gloss: None,
@@ -132,6 +156,10 @@ pub fn from_table(table: Table, name: &str, settings: &Settings) -> Result<Predi
     };
     measure_gloss(&mut prediction, settings)?;
     Ok(prediction)
+}
+
+fn mean_bounces(row: &[Tally]) -> [f64; BOUNCES] {
+    std::array::from_fn(|b| row.iter().map(|tally| tally.bounce_fractions()[b]).sum::<f64>() / row.len() as f64)
 }
 
 fn measure_gloss(prediction: &mut Prediction, settings: &Settings) -> Result<()> {

@@ -1,6 +1,6 @@
 //! Detectors in the half-vector plane: cells of the slope a facet must have to send `wi` to `wo`.
 
-use super::axis::Axis;
+use super::axis::{Axis, AxisLanes};
 use crate::facets::SlopeStatistics;
 use crate::math::{half_vector, slope_of_half_vector};
 use glam::DVec3;
@@ -42,6 +42,25 @@ pub struct HalfVectorCells {
     to_x: [[f64; 3]; 2],
     /// The other way: factors of x1 and x2.
     to_slope: [[f64; 2]; 2],
+}
+
+/// [`HalfVectorCells`] in f32, made of operations that work on lanes side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct CellLanes {
+    centre: [f32; 2],
+    to_x: [[f32; 2]; 2],
+    axes: [AxisLanes; 2],
+    row_length: u32,
+}
+
+impl CellLanes {
+    /// Cell of the slope `(p, q)`.
+    #[inline(always)]
+    pub fn locate(&self, p: f32, q: f32) -> u32 {
+        let (p, q) = (p - self.centre[0], q - self.centre[1]);
+        let [a, b] = self.to_x;
+        self.axes[1].cell(b[0] * p + b[1] * q) * self.row_length + self.axes[0].cell(a[0] * p + a[1] * q)
+    }
 }
 
 /// Interpolation stencil: four cells and their weights, which sum to 1.
@@ -123,6 +142,17 @@ impl HalfVectorCells {
     pub fn locate(&self, p: f64, q: f64) -> usize {
         let [u, v] = self.coordinates(p, q);
         self.axes[1].cell(v) * self.row_length() + self.axes[0].cell(u)
+    }
+
+    /// What [`HalfVectorCells::locate`] needs, for lanes.
+    pub fn lanes(&self) -> CellLanes {
+        let factors = |row: [f64; 3]| [row[0] as f32, row[1] as f32];
+        CellLanes {
+            centre: self.centre.map(|x| x as f32),
+            to_x: self.to_x.map(factors),
+            axes: self.axes.each_ref().map(Axis::lanes),
+            row_length: self.row_length() as u32,
+        }
     }
 
     /// Cell of the half vector of `wi` and `wo`, both above the surface.

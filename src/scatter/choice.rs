@@ -6,6 +6,7 @@ use super::decision::{Decision, Judge};
 use super::facet_sum::{Azimuth, facet_sum};
 use super::kirchhoff::{TangentPlane, Wave, WaveDensity, WaveField};
 use super::rays::trace_rays;
+use super::run::{Run, fingerprint};
 use super::selection::Selection;
 use super::slope_histogram::SlopeDensity;
 use super::tally::Tally;
@@ -151,6 +152,19 @@ pub struct Scatter {
 /// # Errors
 /// `Error::Parameter` for a map without facets, or angles, rays, bounces outside their ranges.
 pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Sync)) -> Result<Scatter> {
+    scatter_run(map, options, &mut Run::Whole, progress)
+}
+
+/// As [`scatter()`], but a part of it, or with the sums of all parts instead of beams.
+///
+/// # Errors
+/// As [`scatter()`]; also if the parts in `run` are not of this map and these options.
+pub fn scatter_run(
+    map: &HeightMap,
+    options: &Options,
+    run: &mut Run,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Scatter> {
     options.check()?;
     let statistics = SlopeStatistics::measure(map)?;
     let isotropic = match options.symmetry {
@@ -202,6 +216,7 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
         Method::Facets | Method::Rays => 1.0,
     };
     let nodes = (decisions.len() * phi_i.len()) as f64;
+    run.check(&fingerprint(map, options, "table"), phi_i.len() * decisions.iter().filter(|d| d.visibility).count())?;
     // The slices of the wave take longer than all that is made of them.
     let wave_part = if field.is_some() { 0.8 } else { 0.0 };
     let wave = field.as_ref().map(|field| {
@@ -223,23 +238,22 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
         for &phi in &phi_i {
             let azimuth = if isotropic { Azimuth::Averaged } else { Azimuth::Fixed(phi) };
             let theta_i = decision.theta_i;
-            row.push(match options.method {
-                _ if decision.wave => {
-                    let wi = direction(theta_i, phi);
-                    wave.as_ref().map_or_else(
-                        || Tally::new(cells.len()),
-                        |wave| wave.tally(&cells, wi, mirror, &options.material, &hiding),
-                    )
-                }
-                Method::Rays => {
-                    trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed, &Selection::default())
-                        .tally()
-                }
-                _ if decision.visibility => {
-                    facet_sum(&walk, &cells, theta_i, azimuth, &Selection::share(share)).tally()
-                }
-                _ => density.tally(&cells, direction(theta_i, phi), &options.material, &hiding),
-            });
+            let tally = if let Some(wave) = wave.as_ref().filter(|_| decision.wave) {
+                wave.tally(&cells, direction(theta_i, phi), mirror, &options.material, &hiding)
+            } else if decision.visibility {
+                let sum = run.sum(|part| {
+                    let selection = Selection { share, part, footprint: None };
+                    if options.method == Method::Rays {
+                        trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed, &selection)
+                    } else {
+                        facet_sum(&walk, &cells, theta_i, azimuth, &selection)
+                    }
+                });
+                sum.tally()
+            } else {
+                density.tally(&cells, direction(theta_i, phi), &options.material, &hiding)
+            };
+            row.push(tally);
             done += 1.0;
             progress(wave_part + (1.0 - wave_part) * done / nodes);
         }

@@ -1,6 +1,6 @@
 //! The radial histogram of an isotropic surface, spread over the half-vector cells.
 
-use super::axis::Axis;
+use super::axis::{Axis, AxisLanes, whole};
 use super::cells::HalfVectorCells;
 
 /// Rings per cell of an axis, and points along each side of a cell that decide which rings it shares.
@@ -22,6 +22,23 @@ pub struct Rings {
     of_point: Vec<u32>,
     /// Points of each ring, weighted by the area they stand for.
     area: Vec<f64>,
+}
+
+/// [`Rings`] in f32, made of operations that work on lanes side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct RingLanes {
+    axis: AxisLanes,
+    per_width: f32,
+    last: u32,
+}
+
+impl RingLanes {
+    /// Ring of a slope.
+    #[inline(always)]
+    pub fn ring(&self, p: f32, q: f32) -> u32 {
+        let ring = whole(self.axis.coordinate((p * p + q * q).sqrt() * self.per_width) * PER_CELL as f32);
+        if ring < self.last { ring } else { self.last }
+    }
 }
 
 impl Rings {
@@ -66,6 +83,11 @@ impl Rings {
     pub fn ring(&self, p: f64, q: f64) -> usize {
         let radius = (p * p + q * q).sqrt() * self.per_width;
         ((self.axis.coordinate(radius) * PER_CELL) as usize).min(self.rings - 1)
+    }
+
+    /// What [`Rings::ring`] needs, for lanes.
+    pub fn lanes(&self) -> RingLanes {
+        RingLanes { axis: self.axis.lanes(), per_width: self.per_width as f32, last: self.rings as u32 - 1 }
     }
 
     /// Density per unit slope area and cell of facets counted by ring; `total` counts those elsewhere as well.
