@@ -56,13 +56,15 @@ fn by_formula(alpha: f64, material: Material, theta_i: &[f64], tolerance: f64) -
     let scattered = Scatter {
         isotropic: true,
         material,
-        method: Method::Auto,
+        method: Method::Geometric,
         theta_i: theta_i.to_vec(),
         phi_i: vec![0.0],
         tallies: theta_i.iter().map(|&t| vec![tally(t)]).collect(),
         density: SlopeDensity { density, core: 0.0, subareas: Vec::new() },
         statistics,
         decisions: Vec::new(),
+        wave: None,
+        core_error: Vec::new(),
         cells,
     };
     Table::from_scatter(&scattered, Provenance::default())
@@ -116,7 +118,7 @@ fn a_beckmann_lobe_keeps_its_values_and_its_gloss() {
 
 fn table_gloss(map: &HeightMap, symmetry: Symmetry) -> ([f64; 3], bool, usize) {
     // The facets tell of single reflections only; at 85 deg second ones bring a rough map some units more.
-    let options = Options { symmetry, bounces: 1, ..Options::default() };
+    let options = Options { method: Method::Geometric, symmetry, bounces: 1, ..Options::default() };
     let scattered = scatter(map, &options, &|_| ()).unwrap();
     let isotropic = scattered.isotropic;
     let brdf = TableBrdf::new(Table::from_scatter(&scattered, Provenance::default())).unwrap();
@@ -198,7 +200,7 @@ fn a_lobe_between_two_nodes_neither_doubles_nor_fades() {
 #[test]
 fn white_furnace() {
     let degrees = [0.0f64, 20.0, 40.0, 60.0, 75.0, 85.0];
-    for (alpha, method) in [(0.02, Method::Auto), (0.3, Method::Facets)] {
+    for (alpha, method) in [(0.02, Method::Geometric), (0.3, Method::Facets)] {
         let options = Options {
             method,
             symmetry: Symmetry::Isotropic,
@@ -263,6 +265,8 @@ fn the_floor_survives_noise_and_is_not_invented() {
             density: density.clone(),
             statistics: statistics.clone(),
             decisions: Vec::new(),
+            wave: None,
+            core_error: Vec::new(),
         };
         Table::from_scatter(&scattered, Provenance::default())
     };

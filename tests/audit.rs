@@ -7,7 +7,7 @@ use asperity::optics::{Brdf, BrdfSample, Material};
 use asperity::sample::audit::{Audit, Options, Statement, audit};
 use asperity::sample::rivals::{CosineSampled, CumulativeSampled, UniformSampled};
 use asperity::sample::{Reciprocal, TableBrdf};
-use asperity::scatter::{self, Symmetry, scatter};
+use asperity::scatter::{self, Method, Symmetry, scatter};
 use asperity::table::{Provenance, Table};
 
 fn quick() -> Options {
@@ -28,7 +28,7 @@ fn gaussian(sq: f64, pitch: [f64; 2]) -> HeightMap {
 }
 
 fn table(map: &HeightMap, symmetry: Symmetry, material: Material) -> TableBrdf {
-    let options = scatter::Options { symmetry, material, ..scatter::Options::default() };
+    let options = scatter::Options { method: Method::Geometric, symmetry, material, ..scatter::Options::default() };
     let scattered = scatter(map, &options, &|_| ()).unwrap();
     TableBrdf::new(Table::from_scatter(&scattered, Provenance::default())).unwrap()
 }

@@ -78,9 +78,14 @@ impl HalfVectorCells {
     /// Cells that follow the measured lobe, fine enough that interpolation misses less than about `tolerance` of the energy
     /// (mean absolute difference) of a Gaussian lobe. `isotropic`: square and centred on the mean normal.
     pub fn for_lobe(statistics: &SlopeStatistics, isotropic: bool, tolerance: f64) -> Self {
+        Self::for_core(statistics, statistics.core, isotropic, tolerance)
+    }
+
+    /// As [`HalfVectorCells::for_lobe`], the core of the lobe being so many principal slopes wide.
+    pub fn for_core(statistics: &SlopeStatistics, core: f64, isotropic: bool, tolerance: f64) -> Self {
         let scale = if isotropic { [statistics.sdq / std::f64::consts::SQRT_2; 2] } else { statistics.axes };
         let (centre, angle) = if isotropic { ([0.0; 2], 0.0) } else { (statistics.mean, statistics.axis_angle) };
-        Self::new(centre, scale.map(|s| (s * statistics.core).max(FINEST)), angle, tolerance)
+        Self::new(centre, scale.map(|s| (s * core).max(FINEST)), angle, tolerance)
     }
 
     /// Cells about `centre` for a lobe of standard deviations `scale` along axes turned by `angle` \[rad\].

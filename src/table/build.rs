@@ -34,29 +34,37 @@ impl Table {
             phi_i: scatter.phi_i.clone(),
             density: Vec::new(),
             relative_error: Vec::new(),
-            subarea_ratio: subarea_ratios(scatter),
+            subarea_ratio: ratios(&scatter.density.subareas, &scatter.density.density),
+            speckle_ratio: scatter.wave.as_ref().map_or_else(Vec::new, |w| ratios(&w.replicates, &mean(&w.replicates))),
             nodes: Vec::new(),
             balance: Balance::default(),
             provenance,
         };
-        let by_subarea = relative_scatter(&table.subarea_ratio, n);
+        let scatter_of = [&table.subarea_ratio, &table.speckle_ratio].map(|ratio| relative_scatter(ratio, n));
         let phis = scatter.phi_i.len();
         let facets: Vec<f64> =
             (0..n).map(|k| scatter.density.density[k] * cells.area(k) * scatter.statistics.facets as f64).collect();
         let mut raw: Vec<Vec<f64>> = Vec::with_capacity(scatter.theta_i.len() * phis);
         for (t, row) in scatter.tallies.iter().enumerate() {
+            let wave = scatter.decisions.get(t).is_some_and(|d| d.wave);
+            let by_subarea = &scatter_of[usize::from(wave)];
             for (p, tally) in row.iter().enumerate() {
                 let wi = direction(scatter.theta_i[t], scatter.phi_i[p]);
                 let mut node = node_of(tally, &scatter.material, wi);
                 let projected: Vec<f64> = (0..n).map(|k| cells.projected_solid_angle(k, wi)).collect();
-                node.diffuse = diffuse_albedo(cells, tally, &facets, &projected, wi);
+                // A wave's halo is speckle: no cell of it is low for want of hits.
+                node.diffuse = if wave { 0.0 } else { diffuse_albedo(cells, tally, &facets, &projected, wi) };
                 let below = t.checked_sub(1).map(|below| raw[below * phis + p].as_slice());
                 let mut density = cell_densities(scatter, tally, wi, node.diffuse, &projected, below);
                 if scatter.isotropic {
                     density = (0..n).map(|k| 0.5 * (density[k] + density[cells.mirrored(k)])).collect();
                 }
                 table.relative_error.extend((0..n).map(|k| relative_error(scatter, tally, k, by_subarea[k])));
-                table.nodes.push(node);
+                table.nodes.push(Node {
+                    wave: f64::from(u8::from(wave)),
+                    core_error: scatter.core_error.get(t).copied().unwrap_or(0.0),
+                    ..node
+                });
                 raw.push(density);
             }
         }
@@ -89,7 +97,7 @@ impl Table {
                 let weights: Vec<(f64, f64)> =
                     (0..base.len()).map(|k| cell_weight(&self.cells, k, wi, &self.material)).collect();
                 let albedos: Vec<f64> = self
-                    .subarea_ratio
+                    .ratios_of(node)
                     .iter()
                     .map(|ratio| {
                         let (mut reflected, mut lit) = (0.0, 0.0);
@@ -187,15 +195,17 @@ fn relative_error(scatter: &Scatter, tally: &Tally, cell: usize, by_subarea: Opt
     }
 }
 
-/// Density of each sub-area over that of the map; 1 where the map has no facet.
-fn subarea_ratios(scatter: &Scatter) -> Vec<Vec<f64>> {
-    let whole = &scatter.density.density;
-    scatter
-        .density
-        .subareas
-        .iter()
-        .map(|sub| sub.iter().zip(whole).map(|(s, w)| if *w > 0.0 { s / w } else { 1.0 }).collect())
-        .collect()
+/// Density of each part over that of the whole; 1 where the whole has none.
+fn ratios(parts: &[Vec<f64>], whole: &[f64]) -> Vec<Vec<f64>> {
+    parts.iter().map(|part| part.iter().zip(whole).map(|(s, w)| if *w > 0.0 { s / w } else { 1.0 }).collect()).collect()
+}
+
+fn mean(parts: &[Vec<f64>]) -> Vec<f64> {
+    let mut mean = vec![0.0; parts.first().map_or(0, Vec::len)];
+    for part in parts {
+        mean.iter_mut().zip(part).for_each(|(m, p)| *m += p / parts.len() as f64);
+    }
+    mean
 }
 
 /// Standard error of the mean over sub-areas, relative; `None` where the map has no single-bounce facet.
@@ -229,5 +239,6 @@ fn node_of(tally: &Tally, material: &Material, wi: DVec3) -> Node {
         diffuse: 0.0,
         multiple: tally.multiple / incident,
         shadowed: tally.shadowed,
+        ..Node::default()
     }
 }
