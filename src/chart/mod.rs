@@ -3,6 +3,7 @@
 mod axis;
 mod canvas;
 mod colours;
+mod curves;
 pub mod facts;
 pub mod gloss_roughness;
 mod height_view;
@@ -11,6 +12,7 @@ mod plot;
 mod raster;
 mod units;
 
+pub use curves::{parameter_chart, scan_chart};
 pub use gloss_roughness::{GlossPoint, gloss_vs_roughness};
 pub use height_view::height_preview;
 pub use inspection::{PageNotes, inspection_page};

@@ -2,13 +2,17 @@
 
 mod brdf;
 mod convert;
+mod correspondence;
 mod gloss;
 mod inspect;
+mod instrument;
 mod map_options;
 mod models;
 mod predict;
 mod progress;
 mod quantity;
+mod readings;
+mod scan;
 mod scatter_options;
 mod source;
 mod synth;
@@ -39,8 +43,14 @@ enum Verb {
     Inspect(inspect::Arguments),
     /// Height map to tabulated BRDF (.npz), or to energies counted detector by detector (.csv)
     Brdf(brdf::Arguments),
-    /// Gloss at 20, 60 and 85 deg of maps, tables or models
+    /// Gloss at 20, 60 and 85 deg, haze, image quality and any instrument, of maps, tables or models
     Gloss(gloss::Arguments),
+    /// The BRDF in the plane of incidence as a goniometer scans it: CSV and chart
+    Scan(scan::Arguments),
+    /// The named light meters with the sources of their numbers, as TOML to start from; checks a file of one's own
+    Instrument(instrument::Arguments),
+    /// What the meters read along one parameter of a model
+    Correspondence(correspondence::Arguments),
     /// Comparison picture of maps, tables or models
     Tiles(tiles::Arguments),
     /// Height map to another format (.x3p, .sdf, .npy, 16-bit .png), or to a picture in colour
@@ -65,6 +75,9 @@ pub fn run() -> std::process::ExitCode {
         Verb::Inspect(a) => inspect::run(&a, cli.json),
         Verb::Brdf(a) => brdf::run(&a, cli.json),
         Verb::Gloss(a) => gloss::run(&a, cli.json),
+        Verb::Scan(a) => scan::run(&a, cli.json),
+        Verb::Instrument(a) => instrument::run(&a, cli.json),
+        Verb::Correspondence(a) => correspondence::run(&a, cli.json),
         Verb::Tiles(a) => tiles::run(&a, cli.json),
         Verb::Convert(a) => convert::run(&a, cli.json),
         Verb::Synth(a) => synth::run(&a, cli.json),

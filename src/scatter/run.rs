@@ -175,7 +175,7 @@ mod tests {
                 let mut sum = Accumulator::new(40);
                 for beam in (0..100u64).filter(|b| part.has(*b)) {
                     sum.escaped((beam % 7) as usize, 1 + (beam % 2) as u32, 0.1 + item as f64, 0.9);
-                    sum.asked((beam % 40) as usize);
+                    sum.asked((beam % 40) as usize, 1);
                 }
                 sum
             });
