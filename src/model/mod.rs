@@ -5,19 +5,24 @@
 //! it is built: what a fit varies, and what colour builds once per wavelength.
 
 mod albedo;
+pub mod beard_maxwell;
 pub mod beckmann;
 pub mod bounded;
 mod definition;
+pub mod facet_normals;
 pub mod floor;
 pub mod ggx;
 pub mod lambert;
 pub mod microfacet;
+pub mod nef_bm;
 pub mod parameter;
 pub mod phong;
 mod registry;
 pub mod smooth;
 pub mod ward;
+pub mod zero_bistatic;
 
+pub use beard_maxwell::BeardMaxwell;
 pub use beckmann::Beckmann;
 pub use bounded::Bounded;
 pub use definition::{Definition, Values};
@@ -40,4 +45,6 @@ pub static MODELS: &[&Entry] = &[
     &ggx::ENTRY,
     &phong::ENTRY,
     &ward::ENTRY,
+    &beard_maxwell::ENTRY,
+    &nef_bm::ENTRY,
 ];
