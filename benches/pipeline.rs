@@ -12,6 +12,7 @@ use asperity::meter::{self, Geometry, gloss};
 use asperity::optics::{Brdf, Material};
 use asperity::render::{Tile, TilesOptions, render_tiles};
 use asperity::sample::TableBrdf;
+use asperity::scatter::Selection;
 use asperity::scatter::bounce::Walk;
 use asperity::scatter::facet_sum::{Azimuth, facet_sum};
 use asperity::scatter::rays::trace_rays;
@@ -74,7 +75,7 @@ fn scattering(c: &mut Criterion) {
     for degrees in [20, 45, 60, 75] {
         let theta_i = f64::from(degrees).to_radians();
         g.bench_with_input(BenchmarkId::from_parameter(format!("{degrees} deg")), &theta_i, |b, &theta_i| {
-            b.iter(|| facet_sum(&walk, &cells, theta_i, Azimuth::Fixed(0.0), 1.0));
+            b.iter(|| facet_sum(&walk, &cells, theta_i, Azimuth::Fixed(0.0), &Selection::default()));
         });
     }
     g.finish();
@@ -83,7 +84,7 @@ fn scattering(c: &mut Criterion) {
     for degrees in [20, 45, 60, 75] {
         let theta_i = f64::from(degrees).to_radians();
         g.bench_with_input(BenchmarkId::from_parameter(format!("{degrees} deg")), &theta_i, |b, &theta_i| {
-            b.iter(|| trace_rays(&walk, &cells, theta_i, Azimuth::Fixed(0.0), rays, 1));
+            b.iter(|| trace_rays(&walk, &cells, theta_i, Azimuth::Fixed(0.0), rays, 1, &Selection::default()));
         });
     }
     g.finish();

@@ -4,6 +4,7 @@ use super::bounce::Walk;
 use super::cells::HalfVectorCells;
 use super::facet_sum::{Azimuth, facet_sum};
 use super::rays::trace_rays;
+use super::selection::Selection;
 use super::slope_histogram::SlopeDensity;
 use super::tally::Tally;
 use crate::error::{Error, Result};
@@ -189,8 +190,13 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
             let azimuth = if isotropic { Azimuth::Averaged } else { Azimuth::Fixed(phi) };
             let theta_i = decision.theta_i;
             row.push(match options.method {
-                Method::Rays => trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed),
-                _ if decision.visibility => facet_sum(&walk, &cells, theta_i, azimuth, share),
+                Method::Rays => {
+                    trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed, &Selection::default())
+                        .tally()
+                }
+                _ if decision.visibility => {
+                    facet_sum(&walk, &cells, theta_i, azimuth, &Selection::share(share)).tally()
+                }
                 _ => density.tally(&cells, direction(theta_i, phi), &options.material, &hiding),
             });
             done += 1.0;

@@ -1,9 +1,11 @@
 //! The deterministic facet sum: every facet is a beam.
 
+use super::accumulator::Accumulator;
 use super::bounce::{Arrival, Walk};
-use super::cells::HalfVectorCells;
+use super::detectors::Detectors;
 use super::facing::facing;
-use super::tally::{CORE_SLOPE, Tally};
+use super::selection::Selection;
+use super::tally::CORE_SLOPE;
 use crate::facets::slopes::{self, Facet};
 use crate::facets::visibility::Fate;
 use crate::math::direction;
@@ -52,48 +54,57 @@ pub fn turned_back(v: DVec3, angle: f64) -> DVec3 {
 /// `E_k = sum over facets of w V R(beta) [o in k] / sum w V`, with `w = max(0, 1 - tan(theta_i) (p cos phi_i + q sin phi_i))`
 /// and V = 1 where a short march from the facet's centroid reaches the source; a blocked exit goes on as a ray.
 ///
-/// `share` of the facets, evenly chosen, are asked; 1 asks all. Deterministic: same map, same tally, for any number of threads.
-pub fn facet_sum(walk: &Walk, cells: &HalfVectorCells, theta_i: f64, azimuth: Azimuth, share: f64) -> Tally {
+/// `selection` says which facets are lit. Deterministic: same map, same sums, for any number of threads or parts.
+pub fn facet_sum<D: Detectors + ?Sized>(
+    walk: &Walk,
+    detectors: &D,
+    theta_i: f64,
+    azimuth: Azimuth,
+    selection: &Selection,
+) -> Accumulator {
     let map = walk.field.map();
-    let (_, ny) = slopes::cells(map);
-    let starts: Vec<usize> = (0..ny).step_by(ROWS).collect();
-    let parts: Vec<Tally> = starts
+    let lit = selection.lit(walk.field.cells());
+    let blocks = lit.rows[0] / ROWS..lit.rows[1].div_ceil(ROWS);
+    blocks
         .into_par_iter()
-        .map(|start| {
-            let mut tally = Tally::new(cells.len());
-            tally.asked = vec![0; cells.len()];
-            for row in start..(start + ROWS).min(ny) {
-                slopes::visit_row(map, row, |facet| {
-                    let id = (facet.row * walk.field.cells()[0] + facet.column) * 2 + usize::from(facet.upper);
-                    if (id as f64 * PLASTIC).fract() < share {
-                        add_facet(walk, cells, theta_i, azimuth, id, facet, &mut tally);
-                    }
-                });
-            }
-            tally
-        })
-        .collect();
-    let mut tally = Tally::merged(cells.len(), parts);
-    tally.shadowed /= tally.incident.max(f64::MIN_POSITIVE);
-    tally
+        .filter(|&block| selection.part.has(block as u64))
+        .fold(
+            || Accumulator::new(detectors.len()),
+            |mut sum, block| {
+                for row in (block * ROWS).max(lit.rows[0])..((block + 1) * ROWS).min(lit.rows[1]) {
+                    slopes::visit_row(map, row, |facet| {
+                        let id = (facet.row * walk.field.cells()[0] + facet.column) * 2 + usize::from(facet.upper);
+                        let inside = (lit.columns[0]..lit.columns[1]).contains(&facet.column);
+                        if inside && (id as f64 * PLASTIC).fract() < selection.share {
+                            add_facet(walk, detectors, theta_i, azimuth, id, facet, &mut sum);
+                        }
+                    });
+                }
+                sum
+            },
+        )
+        .reduce(|| Accumulator::new(detectors.len()), Accumulator::merged)
 }
 
-fn add_facet(
+fn add_facet<D: Detectors + ?Sized>(
     walk: &Walk,
-    cells: &HalfVectorCells,
+    detectors: &D,
     theta_i: f64,
     azimuth: Azimuth,
     id: usize,
     facet: Facet,
-    tally: &mut Tally,
+    sum: &mut Accumulator,
 ) {
     let (phi, turn) = azimuth.of((id as f64 * GOLDEN).fract());
     let wi = direction(theta_i, phi);
-    let flat = facet.p.abs().max(facet.q.abs()) < CORE_SLOPE;
-    let slope = turned_back(DVec3::new(facet.p, facet.q, 0.0), turn);
-    let own_cell = cells.locate(slope.x, slope.y);
-    if !flat {
-        tally.asked[own_cell] += 1;
+    // `None` for the specular core and for detectors that do not go by slope.
+    let own_cell = detectors.slope_cells().and_then(|cells| {
+        let flat = facet.p.abs().max(facet.q.abs()) < CORE_SLOPE;
+        let slope = turned_back(DVec3::new(facet.p, facet.q, 0.0), turn);
+        (!flat).then(|| cells.locate(slope.x, slope.y))
+    });
+    if let Some(cell) = own_cell {
+        sum.asked(cell);
     }
     let Some(beam) = facing(facet.p, facet.q, wi) else { return };
     let (u, v) = if facet.upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
@@ -106,23 +117,21 @@ fn add_facet(
         flip: [1.0, 1.0],
     };
     if let Fate::Hit(_) = walk.onward(&arrival, wi) {
-        tally.shadowed += beam.weight;
+        sum.shadowed(beam.weight);
         return;
     }
-    tally.incident += beam.weight;
-    tally.beams += 1;
     let end = walk.follow(arrival);
-    tally.absorbed += beam.weight * end.absorbed;
-    tally.lost += beam.weight * end.lost;
-    let Some((wo, energy)) = end.escaped else { return };
-    let energy = beam.weight * energy;
-    if end.bounces > 1 {
-        tally.multiple += energy;
-        tally.add(cells.locate_pair(direction(theta_i, phi - turn), turned_back(wo, turn)), energy);
-    } else if flat {
-        tally.core += energy;
-    } else {
-        tally.add(own_cell, energy);
+    let Some((wo, energy)) = end.escaped else {
+        sum.lost(beam.weight, end.lost);
+        return;
+    };
+    match own_cell {
+        Some(cell) if end.bounces == 1 => sum.escaped(cell, 1, beam.weight, energy),
+        None if end.bounces == 1 && detectors.slope_cells().is_some() => sum.core(beam.weight, energy),
+        _ => {
+            let detector = detectors.index(direction(theta_i, phi - turn), turned_back(wo, turn));
+            sum.escaped(detector, end.bounces, beam.weight, energy);
+        }
     }
 }
 

@@ -99,6 +99,7 @@ impl SlopeDensity {
         // What the quadrature rounds differently from Lambda must not open the book.
         tally.incident = tally.lost + escaping + self.core;
         tally.shadowed = lambda;
+        tally.bounces[0] = tally.energy.iter().sum::<f64>() + tally.core;
         tally
     }
 }

@@ -5,13 +5,24 @@ use crate::math::Estimate;
 /// Facets flatter than this (rad) are the specular core: no lobe that f64 heights can hold is narrower.
 pub const CORE_SLOPE: f64 = 1e-6;
 
-/// What the beams of one incident direction became. Energies are sums of beam weights, to be divided by `incident`.
+/// Energies are kept apart by number of bounces: 1, 2, 3 and more.
+pub const BOUNCES: usize = 3;
+
+/// What the light of one incident direction became. Energies are sums of beam weights, to be divided by `incident`.
+///
+/// Beams are summed in an [`Accumulator`](super::Accumulator); a density or a wave is written here directly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tally {
-    /// Escaped energy per cell, specular core excluded.
+    /// Escaped energy per detector, specular core excluded.
     pub energy: Vec<f64>,
-    /// Sum of squared weights per cell, for the standard error.
+    /// Sum of squared weights per detector, for the standard error.
     pub energy_squared: Vec<f64>,
+    /// `energy` by number of bounces; empty if the method does not go by beams.
+    pub by_bounce: Vec<[f64; BOUNCES]>,
+    /// Beams per detector; empty if the method does not go by beams.
+    pub hits: Vec<u64>,
+    /// Escaped energy by number of bounces over all detectors and the core.
+    pub bounces: [f64; BOUNCES],
     /// Escaped energy of the specular core.
     pub core: f64,
     /// Energy of all beams that met the surface.
@@ -39,11 +50,14 @@ pub struct EnergyBook {
 }
 
 impl Tally {
-    /// An empty tally over `cells` cells.
-    pub fn new(cells: usize) -> Self {
+    /// An empty tally over so many detectors.
+    pub fn new(detectors: usize) -> Self {
         Tally {
-            energy: vec![0.0; cells],
-            energy_squared: vec![0.0; cells],
+            energy: vec![0.0; detectors],
+            energy_squared: vec![0.0; detectors],
+            by_bounce: Vec::new(),
+            hits: Vec::new(),
+            bounces: [0.0; BOUNCES],
             core: 0.0,
             incident: 0.0,
             absorbed: 0.0,
@@ -53,38 +67,6 @@ impl Tally {
             beams: 0,
             asked: Vec::new(),
         }
-    }
-
-    /// Adds `weight` to a cell.
-    #[inline]
-    pub fn add(&mut self, cell: usize, weight: f64) {
-        self.energy[cell] += weight;
-        self.energy_squared[cell] += weight * weight;
-    }
-
-    /// Adds a part computed elsewhere.
-    pub fn merge(&mut self, other: &Tally) {
-        self.energy.iter_mut().zip(&other.energy).for_each(|(a, b)| *a += b);
-        self.energy_squared.iter_mut().zip(&other.energy_squared).for_each(|(a, b)| *a += b);
-        self.core += other.core;
-        self.incident += other.incident;
-        self.absorbed += other.absorbed;
-        self.lost += other.lost;
-        self.multiple += other.multiple;
-        self.shadowed += other.shadowed;
-        self.beams += other.beams;
-        if self.asked.is_empty() {
-            self.asked = other.asked.clone();
-        } else {
-            self.asked.iter_mut().zip(&other.asked).for_each(|(a, b)| *a += b);
-        }
-    }
-
-    /// Merges parts in the order given, so the sum does not depend on which thread made which part.
-    pub fn merged(cells: usize, parts: Vec<Tally>) -> Tally {
-        let mut sum = Tally::new(cells);
-        parts.iter().for_each(|p| sum.merge(p));
-        sum
     }
 
     /// `escaped + absorbed + lost = 1`.
