@@ -10,9 +10,9 @@
 //! | `scan` | the scan, see [`super::beard_maxwell`] | | with `distribution=scan` |
 //! | `n`, `k`, `material`, `tau`, `omega`, `rho_D`, `rho_V` | see [`super::beard_maxwell`] | | |
 //!
-//! Cauchy: `Xi = B / (cos_theta_h (sigma^2 + tan^2 theta_h))`; projected area 1 at `B = a / (2 pi (artanh(sqrt a) / sqrt a
-//! - 1))`, `a = 1 - sigma^2`. Gaussian: `Xi = B exp(-tan^2 theta_h / (2 sigma^2)) / (2 pi sigma^2 cos^3 theta_h)`, default B
-//! = 1.
+//! Cauchy: `Xi = B / (cos_theta_h (sigma^2 + tan^2 theta_h))`; its projected area is 1 at
+//! `B = a / (2 pi (artanh(sqrt a) / sqrt a - 1))`, `a = 1 - sigma^2`.
+//! Gaussian: `Xi = B exp(-tan^2 theta_h / (2 sigma^2)) / (2 pi sigma^2 cos^3 theta_h)`, default `B = 1`.
 //!
 //! Energy: not conserving near grazing. For sigma 0.05, tau 0.25, omega 0.7 and n 1.5 the albedo is 0.031 at normal
 //! incidence, 0.64 at 88 and 1.14 at 89 deg; with a perfect mirror's Fresnel term it is 4.0 there. `bounded=true` mends
