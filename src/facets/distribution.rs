@@ -127,33 +127,13 @@ impl SlopeStatistics {
     /// Smith's function (IEEE Trans. Antennas Propag. 15, 668, 1967) with the measured instead of a Gaussian
     /// distribution; exact for a surface whose slopes and heights are independent.
     pub fn hidden_excess(&self, theta: f64) -> f64 {
-        let (sin, cos) = theta.sin_cos();
-        if sin <= 0.0 {
-            return 0.0;
-        }
-        let c = cos / sin;
-        let mut sum = 0.0;
-        for (k, &count) in self.gradient_histogram.iter().enumerate() {
-            let g = bin_value(k);
-            if count > 0 && g > c {
-                let mean = ((g * g - c * c).sqrt() - c * (c / g).acos()) / std::f64::consts::PI;
-                sum += count as f64 * mean;
-            }
-        }
-        sum / self.facets as f64 / c.max(1e-300)
+        let bins = self.gradient_histogram.iter().enumerate();
+        hidden_excess(bins.map(|(k, &count)| (bin_value(k), count as f64 / self.facets as f64)), theta)
     }
 
     /// [`SlopeStatistics::hidden_excess`] tabulated against the cosine, for loops.
     pub fn hiding(&self) -> Hiding {
-        Hiding {
-            excess: (0..=HIDING_STEPS)
-                .map(|k| {
-                    let cos = (k as f64 / HIDING_STEPS as f64).powi(2);
-                    // At the horizon Lambda is infinite; a cosine that small is never asked for exactly.
-                    self.hidden_excess(cos.max(1e-6).acos())
-                })
-                .collect(),
-        }
+        Hiding::tabulate(|theta| self.hidden_excess(theta))
     }
 
     fn core_scale(&self, map: &HeightMap) -> f64 {
@@ -185,7 +165,30 @@ pub struct Hiding {
     excess: Vec<f64>,
 }
 
+/// [`SlopeStatistics::hidden_excess`] of a list of gradients, each with its share of the facets.
+pub fn hidden_excess(gradients: impl Iterator<Item = (f64, f64)>, theta: f64) -> f64 {
+    let (sin, cos) = theta.sin_cos();
+    if sin <= 0.0 {
+        return 0.0;
+    }
+    let c = cos / sin;
+    let mut sum = 0.0;
+    for (g, share) in gradients {
+        if share > 0.0 && g > c {
+            sum += share * ((g * g - c * c).sqrt() - c * (c / g).acos()) / std::f64::consts::PI;
+        }
+    }
+    sum / c.max(1e-300)
+}
+
 impl Hiding {
+    /// Tabulates Lambda, a function of theta.
+    pub fn tabulate(excess: impl Fn(f64) -> f64) -> Self {
+        // At the horizon Lambda is infinite; a cosine that small is never asked for exactly.
+        let cos = |k: usize| (k as f64 / HIDING_STEPS as f64).powi(2).max(1e-6);
+        Hiding { excess: (0..=HIDING_STEPS).map(|k| excess(cos(k).acos())).collect() }
+    }
+
     /// `Lambda(cos_theta)`.
     #[inline]
     pub fn lambda(&self, cos_theta: f64) -> f64 {

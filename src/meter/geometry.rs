@@ -14,8 +14,12 @@
 //! First the angle in the plane of measurement, then the angle across it. The stops are rectangles in the focal plane
 //! of a lens: they select directions, not places on the specimen (parallel-beam design).
 
+use super::path::Path;
+use super::stop::{Shape, Stop};
 use crate::error::{Error, Result};
+use crate::optics::fresnel;
 use crate::optics::material::STANDARD_GLASS_INDEX;
+use std::f64::consts::PI;
 
 /// A glossmeter: one direction of incidence, a source stop, a receptor stop and the standard that defines 100.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,6 +66,19 @@ impl Geometry {
     /// The three geometries of ISO 2813 in rising order.
     pub fn standard_three() -> [Self; 3] {
         [Self::gloss20(), Self::gloss60(), Self::gloss85()]
+    }
+
+    /// The two stops in place, the source at azimuth `phi` \[rad\] of the specimen and the receptor opposite.
+    pub fn path(&self, phi: f64) -> Path {
+        let source = Stop::new(Shape::Rectangle(self.source), self.theta_i, phi, 0.0);
+        let receptor = Stop::new(Shape::Rectangle(self.receptor), self.theta_i + self.offset, phi + PI, 0.0);
+        Path::new(source, receptor)
+    }
+
+    /// `100 / Phi(standard)`: the standard is always read at the specular angle, also for a receptor beside it.
+    pub fn units_per_flux(&self) -> f64 {
+        let through = Geometry { offset: 0.0, ..self.clone() }.path(0.0);
+        100.0 / through.core(|wi| fresnel::dielectric(wi.z, self.standard_index))
     }
 
     /// Checks that the instrument can exist.

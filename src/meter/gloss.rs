@@ -3,11 +3,11 @@
 //! `G = 100 Phi(specimen) / Phi(standard)`, both with the same finite source (ISO 2813; ASTM D523). The finite source
 //! matters: it changes the standard's flux by +2e-5, +1.7e-4 and -5.9e-4 of itself at 20, 60 and 85 deg.
 
-use super::flux::Path;
 use super::geometry::Geometry;
+use super::path::Path;
 use super::plan::{LEANINGS, Plan};
 use crate::math::Estimate;
-use crate::optics::{Brdf, fresnel};
+use crate::optics::Brdf;
 use sobol_burley::sample_4d;
 
 /// Largest number of points a replicate may use: the length of the low-discrepancy sequence.
@@ -57,16 +57,13 @@ impl Options {
 ///
 /// The error covers the integration only, not the surface: 0 for a specular core, which is integrated exactly. The
 /// result is deterministic. NaN if `geometry` fails [`Geometry::validate`], if there is no azimuth, or if the receptor
-/// sees nothing of the standard. Source: ISO 2813:2014; integrals as in `meter/flux.rs`.
+/// sees nothing of the standard. Source: ISO 2813:2014; integrals as in `meter/path.rs`.
 pub fn gloss(brdf: &dyn Brdf, geometry: &Geometry, options: &Options) -> Estimate {
     if geometry.validate().is_err() || options.azimuths.is_empty() {
         return Estimate { value: f64::NAN, standard_error: f64::NAN };
     }
-    let paths: Vec<Path> = options.azimuths.iter().map(|&phi| Path::new(geometry, phi)).collect();
-    // The standard is always read at the specular angle, also for a receptor beside it.
-    let specular = Geometry { offset: 0.0, ..geometry.clone() };
-    let standard = Path::new(&specular, 0.0).core(|wi| fresnel::dielectric(wi.z, geometry.standard_index));
-    let scale = 100.0 / (standard * paths.len() as f64);
+    let paths: Vec<Path> = options.azimuths.iter().map(|&phi| geometry.path(phi)).collect();
+    let scale = geometry.units_per_flux() / paths.len() as f64;
     let core: f64 = paths.iter().map(|path| path.core(|wi| brdf.specular_core(wi))).sum();
     let rest = integrate(brdf, &paths, options, scale);
     Estimate { value: scale * core + rest.value, ..rest }

@@ -5,8 +5,8 @@
 //! heuristic (Veach 1997, section 9.2.4), leaning to one side; which side scatters less is measured, not guessed.
 //! Neither can be biased by the other: the weights sum to 1 wherever there is light.
 
-use super::flux::Path;
 use super::grid::Grid;
+use super::path::Path;
 use crate::math::half_vector;
 use crate::math::reflect;
 use crate::optics::Brdf;
