@@ -8,7 +8,7 @@ use rayon::prelude::*;
 /// How widely a minimum is looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Random points of the box at which the cost is looked up.
+    /// Random points of the likely values at which the cost is looked up.
     pub scouts: usize,
     /// The best of them, from which the search descends.
     pub starts: usize,
@@ -27,7 +27,7 @@ const STREAM: u32 = 0x7174;
 
 /// Minima of `residuals` over the box of `family`, lowest cost first; `residuals` takes coordinates.
 ///
-/// Scouts are uniform in the scale of each parameter. The result does not depend on the number of threads. Empty if the
+/// Scouts are uniform in the scale of each parameter over its likely values. The result does not depend on the number of threads. Empty if the
 /// residuals can be had nowhere.
 pub fn multi_start(family: &Family, residuals: &Residuals, search: &Search) -> Vec<Minimum> {
     let free = family.free();
@@ -35,7 +35,7 @@ pub fn multi_start(family: &Family, residuals: &Residuals, search: &Search) -> V
         let mut rng = CounterRng::new(search.seed, STREAM, k as u64);
         // The first scout stands in the middle.
         let share = |u: f64| if k == 0 { 0.5 } else { 0.02 + 0.96 * u };
-        let at: Vec<f64> = free.iter().map(|f| f.coordinate(f.at_share(share(rng.uniform())))).collect();
+        let at: Vec<f64> = free.iter().map(|f| f.coordinate(f.likely_at(share(rng.uniform())))).collect();
         let cost = sum_of_squares(&residuals(&at)?);
         cost.is_finite().then_some((cost, at))
     };
@@ -50,9 +50,10 @@ pub fn multi_start(family: &Family, residuals: &Residuals, search: &Search) -> V
 
 #[cfg(test)]
 mod tests {
-    use super::super::family::{Free, Scale};
+    use super::super::family::Free;
     use super::*;
     use crate::model::Lambert;
+    use crate::model::Scale;
 
     /// A wave with many dips: from the middle of the box the nearest is the wrong one.
     #[test]

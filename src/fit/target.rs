@@ -174,10 +174,11 @@ fn unreachable_target(family: &Family, wanted: &[Wanted], nearest: Option<&Solut
 
 #[cfg(test)]
 mod tests {
-    use super::super::family::{Free, Scale};
+    use super::super::family::Free;
     use super::*;
     use crate::math::direction;
     use crate::model;
+    use crate::model::Scale;
 
     fn family(names: &'static [&'static str], boxes: &[[f64; 2]], fixed: &'static str) -> Family<'static> {
         let free = names.iter().zip(boxes).map(|(n, b)| Free::new(n, b[0], b[1], Scale::Logarithmic).unwrap());
