@@ -4,13 +4,16 @@ mod axis;
 mod canvas;
 mod colours;
 pub mod facts;
+mod fit_page;
 pub mod gloss_roughness;
 mod height_view;
 mod inspection;
 mod plot;
 mod raster;
+mod slices;
 mod units;
 
+pub use fit_page::fit_page;
 pub use gloss_roughness::{GlossPoint, gloss_vs_roughness};
 pub use height_view::height_preview;
 pub use inspection::{PageNotes, inspection_page};

@@ -2,12 +2,15 @@
 
 mod brdf;
 mod convert;
+mod fit;
+mod fit_target;
 mod gloss;
 mod inspect;
 mod map_options;
 mod models;
 mod predict;
 mod progress;
+mod protocol;
 mod quantity;
 mod scatter_options;
 mod source;
@@ -41,6 +44,10 @@ enum Verb {
     Brdf(brdf::Arguments),
     /// Gloss at 20, 60 and 85 deg of maps, tables or models
     Gloss(gloss::Arguments),
+    /// Parameters of a model from a map, table, list of f_r or model, or from gloss and haze to be reached
+    Fit(fit::Arguments),
+    /// A NEF-BM material from the scans of a goniometer, with residuals and standard errors
+    Protocol(protocol::Arguments),
     /// Comparison picture of maps, tables or models
     Tiles(tiles::Arguments),
     /// Height map to another format (.x3p, .sdf, .npy, 16-bit .png), or to a picture in colour
@@ -63,6 +70,8 @@ pub fn run() -> std::process::ExitCode {
         Verb::Inspect(a) => inspect::run(&a, cli.json),
         Verb::Brdf(a) => brdf::run(&a, cli.json),
         Verb::Gloss(a) => gloss::run(&a, cli.json),
+        Verb::Fit(a) => fit::run(&a, cli.json),
+        Verb::Protocol(a) => protocol::run(&a, cli.json),
         Verb::Tiles(a) => tiles::run(&a, cli.json),
         Verb::Convert(a) => convert::run(&a, cli.json),
         Verb::Synth(a) => synth::run(&a, cli.json),

@@ -6,7 +6,7 @@
 //! The covariance is `(J^T J)^-1` at the minimum (Press et al., Numerical Recipes, section 15.6). If the errors of the data are
 //! known, it is enlarged by `chi2 / dof` when that exceeds 1; if not, `chi2 / dof` is the variance of the data.
 
-use super::family::Family;
+use super::family::{Family, Free};
 use super::levenberg::{Minimum, moving_columns, normal_equations};
 use super::observations::Observations;
 use super::search::{Search, multi_start};
@@ -136,7 +136,7 @@ pub fn fit(family: &Family, data: &Observations, options: &Options) -> Result<Fi
         };
         Some(data.list.iter().zip(&rows).map(residual).collect())
     };
-    let minima = multi_start(family, &residuals, &options.search);
+    let minima = multi_start(family.free(), &residuals, &options.search);
     let best = minima.first().ok_or_else(|| {
         Error::parameter(
             "the model gives no numbers anywhere in the range of its free parameters",
@@ -156,7 +156,7 @@ pub fn fit(family: &Family, data: &Observations, options: &Options) -> Result<Fi
     let spread = best.cost / dof as f64;
     let variance = if options.weights == Weights::Errors { spread.max(1.0) } else { spread };
     let mut warnings = warnings_of(family, data, options, &minima, spread);
-    let errors = standard_errors(family, best, variance, &mut warnings);
+    let errors = standard_errors(family.free(), best, variance, &mut warnings);
     let parameters = (family.free().iter().zip(values).zip(errors))
         .map(|((free, value), standard_error)| FittedParameter { name: free.name.clone(), value, standard_error })
         .collect();
@@ -165,12 +165,11 @@ pub fn fit(family: &Family, data: &Observations, options: &Options) -> Result<Fi
 
 /// `sqrt(C_jj)` in the values; says which parameters are at an end, trade places or are not determined.
 pub(super) fn standard_errors(
-    family: &Family,
+    free: &[Free],
     best: &Minimum,
     variance: f64,
     warnings: &mut Vec<Warning>,
 ) -> Vec<Option<f64>> {
-    let free = family.free();
     let n = free.len();
     let mut errors = vec![None; n];
     for (f, &u) in free.iter().zip(&best.at) {

@@ -4,6 +4,7 @@ mod brdf;
 mod family;
 mod levenberg;
 mod observations;
+pub mod protocol;
 mod search;
 pub mod target;
 mod warning;
