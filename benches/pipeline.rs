@@ -48,7 +48,7 @@ fn group<'a>(c: &'a mut Criterion, name: &str, elements: u64) -> BenchmarkGroup<
 fn slopes(c: &mut Criterion) {
     let map = map(1024);
     let statistics = SlopeStatistics::measure(&map).expect("facets");
-    let cells = HalfVectorCells::for_lobe(&statistics, true);
+    let cells = HalfVectorCells::for_lobe(&statistics, true, 0.01);
     let facets = statistics.facets;
     let mut g = group(c, "1 slopes, per facet of 1024 x 1024 samples", facets);
     g.bench_function("moments and histograms", |b| b.iter(|| SlopeStatistics::measure(black_box(&map))));
@@ -68,7 +68,7 @@ fn slopes(c: &mut Criterion) {
 fn scattering(c: &mut Criterion) {
     let map = map(512);
     let statistics = SlopeStatistics::measure(&map).expect("facets");
-    let cells = HalfVectorCells::for_lobe(&statistics, true);
+    let cells = HalfVectorCells::for_lobe(&statistics, true, 0.01);
     let field = HeightField::new(&map);
     let walk = Walk { field: &field, material: GLASS, max_bounces: 8, steepest: statistics.steepest };
     let mut g = group(c, "3 facet sum with visibility, per facet", statistics.facets);

@@ -10,9 +10,14 @@ pub const EXPANSION: u64 = 64;
 /// ... or to this many bytes if that is more: a flat 4096 x 4096 map of f64 compresses 1000 to 1 and fits.
 const FLOOR_BYTES: u64 = 256 << 20;
 
-/// Largest plausible content, in bytes, of a compressed file of `packed` bytes, whatever it announces.
+/// ... but never to more than Deflate can: a code of at least two bits stands for at most 258 bytes.
+const DEFLATE: u64 = 1032;
+
+/// Largest plausible content, in bytes, of a compressed file of `packed` bytes, whatever it announces:
+/// `min(1032 packed, max(64 packed, 256 MiB))`.
 pub fn unpack_limit(packed: usize) -> u64 {
-    FLOOR_BYTES.max(EXPANSION.saturating_mul(packed as u64))
+    let packed = packed as u64;
+    FLOOR_BYTES.max(EXPANSION.saturating_mul(packed)).min(DEFLATE.saturating_mul(packed))
 }
 
 /// An opened archive. Names are compared without regard to case, and `\` counts as `/`.

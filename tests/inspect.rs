@@ -73,7 +73,9 @@ fn one_screen_of_facts() {
     good(folder.path(), "synth -o m.npy --sq 100nm --acl 8um --size 128 --pitch 0.5um");
     let output = good(folder.path(), "inspect m.npy --pitch 0.5um --unit m");
     let text = String::from_utf8(output.stdout).unwrap();
-    for word in ["128 x 128", "500.0 nm", "Sq", "Sdr", "Sal", "slope rms x", "bandwidth", "g = ", "missing"] {
+    for word in
+        ["read as", "npy", "128 x 128", "500.0 nm", "Sq", "Sdr", "Sal", "slope rms x", "bandwidth", "g = ", "missing"]
+    {
         assert!(text.contains(word), "{word} in\n{text}");
     }
     assert!(text.lines().count() <= 24 && text.lines().all(|l| l.chars().count() <= 120), "{text}");

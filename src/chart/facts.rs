@@ -48,8 +48,13 @@ pub fn of_texture(survey: &Survey) -> Vec<Fact> {
         ("slope rms y", digits(g.rms[1])),
         ("Sal", t.sal.map_or_else(undefined, length)),
         ("Str", t.str.map_or_else(undefined, |s| format!("{at_most}{s:.3}"))),
-        ("Std (lay)", t.std.map_or_else(undefined, |s| format!("{:.1} deg", s.to_degrees()))),
+        ("Std (lay)", t.std.map_or_else(undefined, |s| format!("{:.1} deg", tenths(s.to_degrees())))),
     ]
+}
+
+/// Rounded to one decimal, never to a zero with a minus.
+fn tenths(value: f64) -> f64 {
+    (10.0 * value).round() / 10.0 + 0.0
 }
 
 /// `s(d), s(2d), ..`, as many as fit.

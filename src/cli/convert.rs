@@ -27,6 +27,9 @@ pub struct Arguments {
     /// How heights are stored: .x3p has all three, .npy the floats, .sdf f64 alone
     #[arg(long, value_enum, default_value_t = SamplesFlag::F64)]
     samples: SamplesFlag,
+    /// Write .sdf as text instead of binary numbers
+    #[arg(long)]
+    ascii: bool,
     #[command(flatten)]
     reading: Reading,
 }
@@ -49,6 +52,13 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             return Err(Error::content(&a.output, "a preview is a picture", "name it .png").into());
         }
         height_preview(&level::level(&map, Edges::Open)?, a.width).save_png(&a.output)?;
+    } else if a.ascii {
+        if extension != "sdf" {
+            return Err(
+                Error::content(&a.output, "only .sdf is written as text", "name it .sdf or leave out --ascii").into()
+            );
+        }
+        sdf::write(&a.output, &map, sdf::Encoding::Ascii)?;
     } else if extension == "png" {
         range = Some(png::write(&a.output, &map)?);
     } else {

@@ -10,6 +10,12 @@ use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 
+/// Characters of a note that the screen and the page show.
+const LONGEST_NOTE: usize = 40;
+
+/// Characters of format and notes on the screen.
+const LONGEST_ORIGIN: usize = 98;
+
 #[derive(Args)]
 pub struct Arguments {
     /// Height map
@@ -44,7 +50,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         .collect();
     if let Some(output) = &a.output {
         let warnings = prepared.report.warnings.iter().map(ToString::to_string).collect();
-        let subtitle = prepared.report.to_string();
+        let subtitle = format!("{}: {}", origin(prepared.format, &prepared.notes), prepared.report);
         let notes = PageNotes { title: name.clone(), subtitle, wavelength: a.wavelength, warnings };
         inspection_page(&map, &survey, &notes).save_png(output)?;
     }
@@ -54,9 +60,11 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         }
         let mut found = object(a, &map, &survey);
         found["preparation"] = json!(prepared.report);
+        found["format"] = json!(prepared.format);
+        found["notes"] = prepared.notes.iter().map(|(key, value)| (key.clone(), json!(value))).collect();
         return print_json(&found);
     }
-    screen(&name, &map, &survey, a.wavelength);
+    screen(&name, &origin(prepared.format, &prepared.notes), &map, &survey, a.wavelength);
     if let Some(output) = &a.output {
         println!("\npage: {}", output.display());
     }
@@ -67,8 +75,28 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn screen(name: &str, map: &HeightMap, survey: &Survey, wavelength: f64) {
+/// Format and what the file says of itself, in one line.
+fn origin(format: &str, notes: &[(String, String)]) -> String {
+    let mut line = format.to_owned();
+    for (key, value) in notes {
+        // Remarks may have lines of their own, and unknown instruments are called so.
+        let value = value.split_whitespace().collect::<Vec<_>>().join(" ");
+        if !(value.is_empty() || ["not available", "n/a"].contains(&value.as_str())) {
+            let short: String = value.chars().take(LONGEST_NOTE).collect();
+            let dots = if short.len() < value.len() { ".." } else { "" };
+            line += &format!(", {key} {short}{dots}");
+        }
+    }
+    line
+}
+
+fn screen(name: &str, origin: &str, map: &HeightMap, survey: &Survey, wavelength: f64) {
     println!("{name}");
+    let mut line: String = origin.chars().take(LONGEST_ORIGIN).collect();
+    if line.len() < origin.len() {
+        line += "..";
+    }
+    println!("  {:<12} {line}", "read as");
     for (label, value) in facts::of_grid(map, survey) {
         println!("  {label:<12} {value}");
     }

@@ -1,6 +1,8 @@
 //! Floor 3: the facets of a height map: slopes, their distribution, and who hides whom.
 
+pub mod blocks;
 pub mod distribution;
+pub mod march;
 pub mod slopes;
 pub mod visibility;
 

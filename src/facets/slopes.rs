@@ -25,6 +25,20 @@ pub fn cells(map: &HeightMap) -> (usize, usize) {
     }
 }
 
+/// The vertices of the cells below `row`, one more than cells: what follows the last column of a periodic map is the first.
+/// `row` may be one past the last of a periodic map.
+pub fn vertices(map: &HeightMap, row: usize, out: &mut Vec<f32>) {
+    let line = map.heights.row(row % map.height());
+    out.clear();
+    match line.to_slice() {
+        Some(line) => out.extend_from_slice(line),
+        None => out.extend(line.iter()),
+    }
+    if map.edges == Edges::Periodic {
+        out.push(out[0]);
+    }
+}
+
 /// `p = dh/dx`, `q = dh/dy` of the lower and upper triangle from the heights of the four corners:
 /// `a` (row, col), `b` (row, col+1), `c` (row+1, col), `d` (row+1, col+1); row grows with -y.
 #[inline]

@@ -104,6 +104,10 @@ pub struct Prepared {
     pub map: HeightMap,
     /// What was done.
     pub report: Report,
+    /// Name of the format the map came from.
+    pub format: &'static str,
+    /// Title, instrument and the like as the file states them.
+    pub notes: Vec<(String, String)>,
 }
 
 /// Map as measured -> oriented -> cropped -> despiked -> form removed -> filled -> S-filter -> L-filter -> noise judged.
@@ -160,7 +164,7 @@ pub fn prepare(raw: RawMap, preparation: &Preparation) -> Result<Prepared> {
         raw.check()?;
     }
     let (mut map, removed) = form::remove(&raw, p.form, p.edges)?;
-    drop(raw);
+    let RawMap { format, notes, .. } = raw;
     actions.push(Action::FormRemoved(removed));
     if let Some(rule) = p.fill {
         let filled = fill::fill(&mut map, rule)?;
@@ -199,5 +203,5 @@ pub fn prepare(raw: RawMap, preparation: &Preparation) -> Result<Prepared> {
         }
         actions.push(Action::NoiseJudged(judged));
     }
-    Ok(Prepared { map, report: Report { actions, warnings, band_m } })
+    Ok(Prepared { map, report: Report { actions, warnings, band_m }, format, notes })
 }

@@ -87,7 +87,8 @@ impl TableBrdf {
     /// Density of the draws in the slope plane.
     #[inline]
     fn draw_density(&self, incident: &Incident, stencil: &Stencil) -> f64 {
-        let under_hats = stencil.map(|(k, w)| (k, w * self.hats.inverse_integral(k)));
+        let cells = &self.table.cells;
+        let under_hats = stencil.map(|(k, w)| (k, w / self.hats.integral(cells.column_and_row(k))));
         let mut density = 0.0;
         for (n, w) in incident.nodes {
             if w > 0.0
@@ -126,8 +127,8 @@ impl Brdf for TableBrdf {
         let along = (left - core) / (1.0 - core);
         let (cell, across) = self.nodes[node].as_ref()?.draw(u[0]);
         let cells = &self.table.cells;
-        let polar = self.hats.polar_in(cell, across, along);
-        let (p, q) = cells.slope_at(polar);
+        let place = self.hats.place(cells.column_and_row(cell), across, along);
+        let (p, q) = cells.slope_at(place);
         let slope = incident.out_of_cells(DVec3::new(p, q, 0.0));
         let f = facing(slope.x, slope.y, wi)?;
         if f.wo.z <= 0.0 {
@@ -135,7 +136,7 @@ impl Brdf for TableBrdf {
         }
         // The slope is known, so f_r cos_theta_r / pdf needs no half vector: what is left is
         // R T cb / (ch ci) over the density of the draw in the slope plane.
-        let stencil = cells.stencil_at(polar);
+        let stencil = cells.stencil_at(place);
         let density = self.table.density_at(&incident, &stencil);
         let reflected = self.table.material.reflectance(f.cos_beta) * density * f.weight * incident.balance;
         let per_slope = self.draw_density(&incident, &stencil);

@@ -1,51 +1,53 @@
 //! Detectors in the half-vector plane: cells of the slope a facet must have to send `wi` to `wo`.
 
+use super::axis::Axis;
 use crate::facets::SlopeStatistics;
 use crate::math::{half_vector, slope_of_half_vector};
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
-/// Cell width at the core of the lobe in its standard deviations; at half of one the peak would read 2 % low.
-const CORE_CELL: f64 = 0.2;
-/// The fine cells reach this many standard deviations, then rings grow by the factor below.
-const CORE_REACH: f64 = 3.0;
-const RING_GROWTH: f64 = 1.2;
-const MAX_SECTORS: u32 = 64;
-/// Slope of a facet at 89.5 deg; whatever is steeper falls into the last ring.
-const STEEPEST: f64 = 115.0;
+/// Share of the energy that may go astray unless asked otherwise.
+pub const TOLERANCE: f64 = 0.01;
+
+/// Slope of a facet at 87 deg; whatever is steeper falls into the last cell.
+const STEEPEST: f64 = 20.0;
+
+/// Smallest standard deviation that cells follow: well above that of the specular core, far below any lobe's.
+const FINEST: f64 = 1e-5;
+
+/// Cells of a lobe as wide as the core of a Gaussian is straight end here, in standard deviations.
+const CORE_REACH: f64 = 2.0;
+
+/// Nodes of the two-point Gauss-Legendre rule on [0, 1].
+const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
 /// Quadrature points of a cell.
-pub const POINTS: usize = 8;
-/// Node of the two-point Gauss-Legendre rule on [-1, 1].
-const GAUSS_2: f64 = 0.577_350_269_189_625_8;
+pub const POINTS: usize = 4;
 
-/// Elliptical rings and sectors over the slope plane, following the lobe of one surface.
+/// A grid over the slope plane, following the lobe of one surface: fine and even in the core, coarse in the tails.
 ///
-/// A slope `(p, q)` has coordinates `(rho, chi)`: `rho e^(i chi) = R(-angle) (p - p0, q - q0) / (s1, s2)`.
-/// Ring `j` spans `edges[j]..edges[j+1]` in rho and is cut into `sectors[j]` equal sectors, sector 0 centred on chi = 0.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A slope `(p, q)` has `x = R(-angle) (p - p0, q - q0) / (w1, w2)`, `w` the width of a core cell, and grid coordinates
+/// `u_k = Axis_k(x_k)`; cell `(j, i)` is the square of side 1 about `u = (i - half_1, j - half_2)`, stored as number
+/// `j (2 half_1 + 1) + i`. The cells cover the plane to a slope of 20; what is steeper belongs to the outermost
+/// ones. The border all round holds nothing, so that interpolation ends at zero.
+#[derive(Debug, Clone, PartialEq)]
 pub struct HalfVectorCells {
     /// Slope at the centre `(p0, q0)`.
     pub centre: [f64; 2],
-    /// Length of one unit of rho along the two axes, in slope.
-    pub scale: [f64; 2],
+    /// Width of a core cell along the two axes, in slope.
+    pub width: [f64; 2],
     /// Direction of the first axis from +x \[rad\].
     pub angle: f64,
-    /// Ring edges in rho, rising from 0.
-    pub edges: Vec<f64>,
-    /// Sectors per ring; 1 in the central disc.
-    pub sectors: Vec<u32>,
-    /// Index of each ring's sector 0; one more entry than rings, the last is the number of cells.
-    first: Vec<usize>,
-    /// Cosine and sine of `angle`.
-    axis: [f64; 2],
+    pub axes: [Axis; 2],
+    /// Rows of the map from a slope to `x`: factors of p and q, and the constant.
+    to_x: [[f64; 3]; 2],
+    /// The other way: factors of x1 and x2.
+    to_slope: [[f64; 2]; 2],
 }
 
-/// Interpolation stencil: up to four cells and their weights, which sum to 1.
+/// Interpolation stencil: four cells and their weights, which sum to 1.
 pub type Stencil = [(usize, f64); 4];
 
-/// A quadrature point of a cell in the slope plane with its share of the cell's area.
+/// A quadrature point in the slope plane with the area it stands for.
 #[derive(Debug, Clone, Copy)]
 pub struct CellPoint {
     pub p: f64,
@@ -54,77 +56,68 @@ pub struct CellPoint {
 }
 
 impl HalfVectorCells {
-    /// Cells that follow the measured lobe. `isotropic`: circular and centred on the mean normal.
-    pub fn for_lobe(statistics: &SlopeStatistics, isotropic: bool) -> Self {
-        let floor = 1e-5;
-        let scale = if isotropic {
-            [(statistics.sdq / std::f64::consts::SQRT_2).max(floor); 2]
-        } else {
-            // A lobe thinner than a fiftieth of its length would need more sectors than the rings have.
-            let major = statistics.axes[0].max(floor);
-            [major, statistics.axes[1].max(major / 50.0)]
-        };
+    /// Cells that follow the measured lobe, fine enough that interpolation misses less than about `tolerance` of the energy
+    /// (mean absolute difference) of a Gaussian lobe. `isotropic`: square and centred on the mean normal.
+    pub fn for_lobe(statistics: &SlopeStatistics, isotropic: bool, tolerance: f64) -> Self {
+        let scale = if isotropic { [statistics.sdq / std::f64::consts::SQRT_2; 2] } else { statistics.axes };
         let (centre, angle) = if isotropic { ([0.0; 2], 0.0) } else { (statistics.mean, statistics.axis_angle) };
-        let core = scale.map(|s| (s * statistics.core).max(floor));
-        Self::new(centre, core, angle)
+        Self::new(centre, scale.map(|s| (s * statistics.core).max(FINEST)), angle, tolerance)
     }
 
     /// Cells about `centre` for a lobe of standard deviations `scale` along axes turned by `angle` \[rad\].
-    pub fn new(centre: [f64; 2], scale: [f64; 2], angle: f64) -> Self {
-        // A central disc of the area of a square cell, then rings.
-        let mut edges = vec![0.0, CORE_CELL / std::f64::consts::PI.sqrt()];
-        let reach = (STEEPEST + centre[0].hypot(centre[1])) / scale[0].min(scale[1]);
-        let mut last = edges[1];
-        while last < reach {
-            last = if last < CORE_REACH { last + CORE_CELL } else { last * RING_GROWTH };
-            edges.push(last);
-        }
-        let sectors = edges
-            .windows(2)
-            .map(|e| {
-                if e[0] == 0.0 {
-                    return 1;
-                }
-                let round = TAU * 0.5 * (e[0] + e[1]);
-                ((round / (e[1] - e[0]).min(CORE_CELL)).round() as u32).clamp(6, MAX_SECTORS)
-            })
-            .collect();
-        Self::from_parts(centre, scale, angle, edges, sectors)
+    pub fn new(centre: [f64; 2], scale: [f64; 2], angle: f64, tolerance: f64) -> Self {
+        // Straight lines between points h apart miss h^2 / 12 of a unit Gaussian's second derivative. Wider than half a
+        // standard deviation the peak would read low, finer than a sixteenth no map has the facets to fill.
+        let cell = (2.5 * tolerance.max(0.0).sqrt()).clamp(0.0625, 0.5);
+        let core = (CORE_REACH / cell).ceil() as u32;
+        let per_octave = if cell > 0.2 {
+            4
+        } else if cell > 0.1 {
+            8
+        } else {
+            16
+        };
+        let width = scale.map(|s| s * cell);
+        let reach = STEEPEST + centre[0].hypot(centre[1]);
+        let axes = width.map(|w| Axis::reaching(reach / w, core, per_octave));
+        Self::from_parts(centre, width, angle, axes)
     }
 
     /// Cells from stored parts; see the field documentation.
-    pub fn from_parts(centre: [f64; 2], scale: [f64; 2], angle: f64, edges: Vec<f64>, sectors: Vec<u32>) -> Self {
-        let mut first = vec![0];
-        for &n in &sectors {
-            first.push(first[first.len() - 1] + n as usize);
-        }
+    pub fn from_parts(centre: [f64; 2], width: [f64; 2], angle: f64, axes: [Axis; 2]) -> Self {
         let (sin, cos) = angle.sin_cos();
-        HalfVectorCells { centre, scale, angle, edges, sectors, first, axis: [cos, sin] }
+        let row = |a: f64, b: f64, w: f64| [a / w, b / w, -(a * centre[0] + b * centre[1]) / w];
+        HalfVectorCells {
+            centre,
+            width,
+            angle,
+            axes,
+            to_x: [row(cos, sin, width[0]), row(-sin, cos, width[1])],
+            to_slope: [[cos * width[0], -sin * width[1]], [sin * width[0], cos * width[1]]],
+        }
     }
 
-    /// Number of cells.
+    /// Number of cells, border included.
     pub fn len(&self) -> usize {
-        self.first[self.sectors.len()]
+        self.axes[0].len() * self.axes[1].len()
     }
 
-    /// Never true: there is always the central disc.
+    /// Never true.
     pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        false
     }
 
-    /// Cell of the slope `(p, q)`; slopes beyond the last ring belong to it.
+    /// Cells in a row of the grid: the step from a cell to its neighbour along the second axis.
+    #[inline]
+    pub fn row_length(&self) -> usize {
+        self.axes[0].len()
+    }
+
+    /// Cell of the slope `(p, q)`; slopes beyond the grid belong to its outermost cells.
     #[inline]
     pub fn locate(&self, p: f64, q: f64) -> usize {
-        self.cell_at(self.polar(p, q))
-    }
-
-    /// Cell at `(rho, chi)`.
-    #[inline]
-    pub fn cell_at(&self, (rho, chi): (f64, f64)) -> usize {
-        let ring = self.ring(rho);
-        let n = self.sectors[ring];
-        let turn = (chi / TAU * f64::from(n) + 0.5).floor() as i64;
-        self.first[ring] + turn.rem_euclid(i64::from(n)) as usize
+        let [u, v] = self.coordinates(p, q);
+        self.axes[1].cell(v) * self.row_length() + self.axes[0].cell(u)
     }
 
     /// Cell of the half vector of `wi` and `wo`, both above the surface.
@@ -134,137 +127,93 @@ impl HalfVectorCells {
         self.locate(p, q)
     }
 
+    /// Grid coordinates of a slope.
+    #[inline]
+    pub fn coordinates(&self, p: f64, q: f64) -> [f64; 2] {
+        let [a, b] = &self.to_x;
+        [self.axes[0].coordinate(a[0] * p + a[1] * q + a[2]), self.axes[1].coordinate(b[0] * p + b[1] * q + b[2])]
+    }
+
+    /// Slope at grid coordinates.
+    #[inline]
+    pub fn slope_at(&self, [u, v]: [f64; 2]) -> (f64, f64) {
+        let (x, y) = (self.axes[0].place(u), self.axes[1].place(v));
+        let [a, b] = &self.to_slope;
+        (self.centre[0] + a[0] * x + a[1] * y, self.centre[1] + b[0] * x + b[1] * y)
+    }
+
+    /// Column and row of a cell.
+    #[inline]
+    pub fn column_and_row(&self, cell: usize) -> [usize; 2] {
+        [cell % self.row_length(), cell / self.row_length()]
+    }
+
+    /// Whether a cell belongs to the border, which holds nothing.
+    pub fn is_border(&self, cell: usize) -> bool {
+        let [i, j] = self.column_and_row(cell);
+        i == 0 || j == 0 || i + 1 == self.axes[0].len() || j + 1 == self.axes[1].len()
+    }
+
     /// Area of a cell in the slope plane.
     pub fn area(&self, cell: usize) -> f64 {
-        let ring = self.ring_of_cell(cell);
-        let rho2 = self.edges[ring + 1].powi(2) - self.edges[ring].powi(2);
-        std::f64::consts::PI * rho2 * self.scale[0] * self.scale[1] / f64::from(self.sectors[ring])
+        let [i, j] = self.column_and_row(cell);
+        self.axes[0].width(i) * self.axes[1].width(j) * self.width[0] * self.width[1]
     }
 
     /// Slope at `(a, b)` in `[0, 1]^2` of a cell; uniform `(a, b)` give a uniform density over its area.
     #[inline]
     pub fn slope_in(&self, cell: usize, a: f64, b: f64) -> (f64, f64) {
-        self.slope_at(self.polar_in(cell, a, b))
+        self.slope_at(self.coordinates_in(cell, a, b))
     }
 
-    /// `(rho, chi)` at `(a, b)` in `[0, 1]^2` of a cell, as [`HalfVectorCells::slope_in`].
-    #[inline]
-    pub fn polar_in(&self, cell: usize, a: f64, b: f64) -> (f64, f64) {
-        let ring = self.ring_of_cell(cell);
-        let (r0, r1) = (self.edges[ring], self.edges[ring + 1]);
-        let rho = (r0 * r0 + a * (r1 * r1 - r0 * r0)).sqrt();
-        let sector = (cell - self.first[ring]) as f64;
-        (rho, TAU * (sector + b - 0.5) / f64::from(self.sectors[ring]))
-    }
-
-    /// Quadrature points: two-point Gauss in rho on each side of the ring's centre line, one midpoint in chi on each side of
-    /// the sector's. Exact for the piecewise linear interpolation of [`HalfVectorCells::stencil`].
+    /// Two by two Gauss points: exact for a constant density times a weight cubic in p and q.
     pub fn points(&self, cell: usize) -> [CellPoint; POINTS] {
-        let ring = self.ring_of_cell(cell);
-        let (r0, r1) = (self.edges[ring], self.edges[ring + 1]);
-        let middle = if ring == 0 { 0.5 * (r0 + r1) } else { self.ring_centre(ring) };
-        let sector = (cell - self.first[ring]) as f64;
-        let n = f64::from(self.sectors[ring]);
-        let unit = self.scale[0] * self.scale[1] * TAU / n / 2.0;
+        let area = self.area(cell) / POINTS as f64;
         std::array::from_fn(|k| {
-            let (from, to) = if k < 4 { (r0, middle) } else { (middle, r1) };
-            let side = if k % 4 < 2 { -GAUSS_2 } else { GAUSS_2 };
-            let rho = 0.5 * (from + to) + 0.5 * (to - from) * side;
-            let chi = TAU * (sector + if k % 2 == 0 { -0.25 } else { 0.25 }) / n;
-            let (p, q) = self.slope_at((rho, chi));
-            CellPoint { p, q, area: unit * rho * 0.5 * (to - from) }
+            let (p, q) = self.slope_in(cell, GAUSS[k % 2], GAUSS[k / 2]);
+            CellPoint { p, q, area }
         })
     }
 
-    /// Slope at `(rho, chi)`.
-    #[inline]
-    pub fn slope_at(&self, (rho, chi): (f64, f64)) -> (f64, f64) {
-        let (s, c) = chi.sin_cos();
-        let (x, y) = (self.scale[0] * rho * c, self.scale[1] * rho * s);
-        let [cos, sin] = self.axis;
-        (self.centre[0] + cos * x - sin * y, self.centre[1] + sin * x + cos * y)
-    }
-
-    /// Cells and weights whose weighted values interpolate at `(p, q)`: linear in rho between ring centres,
-    /// linear in chi between sector centres.
+    /// Cells and weights whose weighted values interpolate at `(p, q)`: linear in both grid coordinates between the centres of
+    /// the cells, zero beyond the centres of the border.
     #[inline]
     pub fn stencil(&self, p: f64, q: f64) -> Stencil {
-        self.stencil_at(self.polar(p, q))
+        self.stencil_at(self.coordinates(p, q))
     }
 
-    /// The stencil at `(rho, chi)`.
+    /// The stencil at grid coordinates.
     #[inline]
-    pub fn stencil_at(&self, (rho, chi): (f64, f64)) -> Stencil {
-        let ring = self.ring(rho);
-        let last = self.sectors.len() - 1;
-        let centre = self.ring_centre(ring);
-        let (inner, outer) = if rho < centre { (ring.saturating_sub(1), ring) } else { (ring, (ring + 1).min(last)) };
-        let t = if inner == outer {
-            0.0
-        } else {
-            let (a, b) = (self.ring_centre(inner), self.ring_centre(outer));
-            ((rho - a) / (b - a)).clamp(0.0, 1.0)
-        };
-        let [a, b] = self.round_pair(inner, chi);
-        let [c, d] = self.round_pair(outer, chi);
-        [(a.0, a.1 * (1.0 - t)), (b.0, b.1 * (1.0 - t)), (c.0, c.1 * t), (d.0, d.1 * t)]
+    pub fn stencil_at(&self, [u, v]: [f64; 2]) -> Stencil {
+        let (i, s) = between(u, self.axes[0].half);
+        let (j, t) = between(v, self.axes[1].half);
+        let row = self.row_length();
+        let k = j * row + i;
+        [(k, (1.0 - s) * (1.0 - t)), (k + 1, s * (1.0 - t)), (k + row, (1.0 - s) * t), (k + row + 1, s * t)]
     }
 
-    /// The cell that is the image of `cell` when chi changes sign.
+    /// The cell that is the image of `cell` in the first axis.
     pub fn mirrored(&self, cell: usize) -> usize {
-        let ring = self.ring_of_cell(cell);
-        let n = self.sectors[ring] as usize;
-        self.first[ring] + (n - (cell - self.first[ring])) % n
+        let [i, j] = self.column_and_row(cell);
+        (self.axes[1].len() - 1 - j) * self.row_length() + i
     }
 
-    /// Ring that a cell belongs to.
-    #[inline]
-    pub fn ring_of_cell(&self, cell: usize) -> usize {
-        self.first.partition_point(|&f| f <= cell) - 1
+    fn coordinates_in(&self, cell: usize, a: f64, b: f64) -> [f64; 2] {
+        let [i, j] = self.column_and_row(cell);
+        // A cell is a straight piece of its axes: places in u and in slope go in step.
+        let at = |k: usize, axis: &Axis, t: f64| k as f64 - f64::from(axis.half) - 0.5 + t;
+        [at(i, &self.axes[0], a), at(j, &self.axes[1], b)]
     }
+}
 
-    /// Cells of a ring.
-    pub fn cells_of_ring(&self, ring: usize) -> std::ops::Range<usize> {
-        self.first[ring]..self.first[ring + 1]
-    }
-
-    /// `(rho, chi)` of a slope.
-    #[inline]
-    pub fn polar(&self, p: f64, q: f64) -> (f64, f64) {
-        let (dp, dq) = (p - self.centre[0], q - self.centre[1]);
-        let [cos, sin] = self.axis;
-        let x = (cos * dp + sin * dq) / self.scale[0];
-        let y = (cos * dq - sin * dp) / self.scale[1];
-        // Not `hypot`: slopes neither overflow nor vanish into denormals, and this is the hottest line of a render.
-        ((x * x + y * y).sqrt(), y.atan2(x))
-    }
-
-    #[inline]
-    fn ring(&self, rho: f64) -> usize {
-        // Written so that a NaN falls into the last ring instead of out of bounds.
-        let beyond = |edge: f64| edge > rho;
-        let above = self.edges.partition_point(|&edge| !beyond(edge));
-        above.saturating_sub(1).min(self.sectors.len() - 1)
-    }
-
-    #[inline]
-    pub(super) fn ring_centre(&self, ring: usize) -> f64 {
-        if ring == 0 { 0.0 } else { 0.5 * (self.edges[ring] + self.edges[ring + 1]) }
-    }
-
-    #[inline]
-    fn round_pair(&self, ring: usize, chi: f64) -> [(usize, f64); 2] {
-        let n = self.sectors[ring] as usize;
-        let first = self.first[ring];
-        if n == 1 {
-            return [(first, 1.0), (first, 0.0)];
-        }
-        let turn = chi / TAU * n as f64;
-        let low = turn.floor();
-        let t = turn - low;
-        let k = (low as i64).rem_euclid(n as i64) as usize;
-        [(first + k, 1.0 - t), (first + (k + 1) % n, t)]
-    }
+/// The cell at or below a grid coordinate, counted from 0, and the share of the next one.
+#[inline]
+fn between(u: f64, half: u32) -> (usize, f64) {
+    let half = f64::from(half);
+    // At the very end the pair is the last one, with all weight on the border.
+    let from_zero = (u + half).clamp(0.0, 2.0 * half);
+    let below = (from_zero as usize).min(2 * half as usize - 1);
+    (below, from_zero - below as f64)
 }
 
 #[cfg(test)]
@@ -273,7 +222,7 @@ mod tests {
     use crate::math::random::CounterRng;
 
     fn tilted() -> HalfVectorCells {
-        HalfVectorCells::new([0.03, -0.01], [0.1, 0.02], 0.5)
+        HalfVectorCells::new([0.03, -0.01], [0.1, 0.02], 0.5, 0.04)
     }
 
     #[test]
@@ -281,40 +230,71 @@ mod tests {
         let cells = tilted();
         let mut rng = CounterRng::new(1, 0, 0);
         for cell in 0..cells.len() {
+            assert_eq!(cells.mirrored(cells.mirrored(cell)), cell);
+            if cells.is_border(cell) {
+                continue;
+            }
             for _ in 0..4 {
                 let (a, b) = (0.001 + 0.998 * rng.uniform(), 0.001 + 0.998 * rng.uniform());
                 let (p, q) = cells.slope_in(cell, a, b);
                 assert_eq!(cells.locate(p, q), cell);
             }
-            assert_eq!(cells.mirrored(cells.mirrored(cell)), cell);
         }
         assert_eq!(cells.locate(1e9, 0.0), cells.locate(1e8, 0.0));
         assert!(cells.locate(f64::NAN, 0.0) < cells.len());
     }
 
     #[test]
-    fn areas_tile_the_ellipse() {
+    fn areas_tile_the_plane() {
         let cells = tilted();
-        for cell in 0..cells.len() {
+        let mut sum = 0.0;
+        for cell in (0..cells.len()).filter(|&k| !cells.is_border(k)) {
             let area: f64 = cells.points(cell).iter().map(|x| x.area).sum();
             assert!((area / cells.area(cell) - 1.0).abs() < 1e-12);
+            sum += area;
         }
-        let sum: f64 = (0..cells.len()).map(|c| cells.area(c)).sum();
-        let rho = cells.edges[cells.edges.len() - 1];
-        assert!((sum / (std::f64::consts::PI * rho * rho * 0.1 * 0.02) - 1.0).abs() < 1e-12);
+        let [x, y] = cells.axes.map(|axis| 2.0 * axis.place(f64::from(axis.half) - 0.5));
+        assert!((sum / (x * cells.width[0] * y * cells.width[1]) - 1.0).abs() < 1e-12);
+        assert!(x * cells.width[0] > 40.0 && y * cells.width[1] > 40.0);
+    }
+
+    /// A core cell is at most half a standard deviation wide, whatever the tolerance.
+    #[test]
+    fn core_cells_follow_the_lobe() {
+        for tolerance in [1e-6, 1e-3, 0.01, 0.5] {
+            let cells = HalfVectorCells::new([0.0; 2], [0.004, 0.001], 0.0, tolerance);
+            assert!(cells.width[0] <= 0.002 && cells.width[1] <= 0.0005, "{:?}", cells.width);
+        }
     }
 
     #[test]
-    fn stencil_weights_sum_to_one_and_reproduce_cell_centres() {
+    fn stencils_reproduce_centres_and_straight_lines_within_an_octave() {
         let cells = tilted();
         let mut rng = CounterRng::new(2, 0, 0);
         for _ in 0..1000 {
-            let s = cells.stencil(rng.uniform() - 0.5, rng.uniform() - 0.5);
+            let s = cells.stencil(40.0 * rng.uniform() - 20.0, 4.0 * rng.uniform() - 2.0);
             assert!((s.iter().map(|x| x.1).sum::<f64>() - 1.0).abs() < 1e-12);
             assert!(s.iter().all(|x| x.1 >= 0.0 && x.0 < cells.len()));
         }
-        let s = cells.stencil(0.03, -0.01);
-        assert_eq!(s[0].0, 0);
-        assert!((s[0].1 - 1.0).abs() < 1e-9);
+        for cell in (0..cells.len()).filter(|&k| !cells.is_border(k)) {
+            let (p, q) = cells.slope_in(cell, 0.5, 0.5);
+            let own: f64 = cells.stencil(p, q).iter().filter(|s| s.0 == cell).map(|s| s.1).sum();
+            assert!((own - 1.0).abs() < 1e-9, "{cell}: {own}");
+        }
+        // In the core the interpolation of a plane is the plane.
+        let plane = |p: f64, q: f64| 2.0 + 3.0 * p - 5.0 * q;
+        for _ in 0..100 {
+            let (p, q) = (0.03 + 0.05 * (rng.uniform() - 0.5), -0.01 + 0.02 * (rng.uniform() - 0.5));
+            let value: f64 = cells
+                .stencil(p, q)
+                .iter()
+                .map(|&(k, w)| {
+                    let (p, q) = cells.slope_in(k, 0.5, 0.5);
+                    w * plane(p, q)
+                })
+                .sum();
+            assert!((value - plane(p, q)).abs() < 1e-12);
+        }
+        assert!(cells.stencil(1e9, f64::INFINITY).iter().all(|&(k, w)| w == 0.0 || cells.is_border(k)));
     }
 }

@@ -1,7 +1,7 @@
 //! Which method serves which incident direction, and the run over all of them.
 
 use super::bounce::Walk;
-use super::cells::HalfVectorCells;
+use super::cells::{HalfVectorCells, TOLERANCE};
 use super::facet_sum::{Azimuth, facet_sum};
 use super::rays::trace_rays;
 use super::selection::Selection;
@@ -70,7 +70,7 @@ impl Default for Options {
             material: Material::Dielectric { n: 1.5 },
             theta_i: degrees.map(f64::to_radians).to_vec(),
             phi_i: (0..12).map(|k| (30.0 * f64::from(k)).to_radians()).collect(),
-            tolerance: 0.01,
+            tolerance: TOLERANCE,
             rays: 1_000_000,
             bounces: 8,
             seed: 1,
@@ -147,7 +147,7 @@ pub fn scatter(map: &HeightMap, options: &Options, progress: &(dyn Fn(f64) + Syn
         Symmetry::Isotropic => true,
         Symmetry::Anisotropic => false,
     };
-    let cells = HalfVectorCells::for_lobe(&statistics, isotropic);
+    let cells = HalfVectorCells::for_lobe(&statistics, isotropic, options.tolerance);
     let density = SlopeDensity::measure(map, &cells, isotropic);
     let hiding = statistics.hiding();
     let decisions: Vec<Decision> = options

@@ -1,96 +1,85 @@
 //! The interpolation between cells seen as a mixture: every cell spreads its value under a hat.
 
+use super::axis::Axis;
 use super::cells::HalfVectorCells;
-use std::f64::consts::TAU;
 
-/// Pieces of a ring's hat in rho, each with a closed inverse.
-const PIECES: usize = 5;
-
-/// `T(rho, chi) = sum over cells of T_k hat_k(rho, chi)`, the weights of [`HalfVectorCells::stencil`]: a tent in rho from the
-/// centre of the ring below to that of the ring above, times a tent in chi from the sector before to the one behind;
-/// constant in chi in the central disc, and in rho beyond the centre of the last ring.
+/// `T(u, v) = sum over cells of T_k hat_k(u, v)`, the weights of [`HalfVectorCells::stencil`]: a tent in each grid coordinate
+/// from the centre of the cell before to that of the cell behind.
 ///
-/// Drawing a cell by its share of `sum of T_k integral hat_k` and a place under its hat draws from the interpolated density
-/// itself: a cell with `T_k = 0` is never drawn, and no place with `T = 0` either.
+/// Drawing a cell by its share of `sum of T_k integral hat_k dp dq` and a place under its hat draws from the interpolated
+/// density itself: a cell with `T_k = 0` is never drawn, and no place with `T = 0` either.
 #[derive(Debug, Clone)]
 pub struct Hats {
-    rings: Vec<Ring>,
-    /// `1 / integral of hat_k dp dq`, per cell.
-    inverse_integral: Vec<f64>,
+    across: Vec<Tent>,
+    along: Vec<Tent>,
+    /// Area of the unit of both integrals: a core cell.
+    core_area: f64,
 }
 
-#[derive(Debug, Clone)]
-struct Ring {
-    /// Where the tent begins, peaks and ends in rho; in the last ring it stays at its peak to `end`.
-    begin: f64,
+/// The tent of one axis: half a neighbour's cell up to 1/2, the own cell up to 1 and down, half a neighbour's down.
+///
+/// The width of a cell is constant within it, so the squared distance from the foot of the tent is piecewise linear in the
+/// share of the mass below.
+#[derive(Debug, Clone, Copy)]
+struct Tent {
+    /// Grid coordinate of the peak.
     peak: f64,
-    end: f64,
-    /// Upper end of each piece's share of the hat's mass.
-    cumulative: [f64; PIECES],
-    first: usize,
-    sectors: f64,
+    /// Mass of the tent in core cells, and the share of it on the left.
+    mass: f64,
+    left: f64,
+    sides: [Side; 2],
+}
+
+/// One side, from its foot: the share of the tent's mass in the neighbour's half cell, and the rise of the squared distance
+/// per share in there and behind it.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    outer: f64,
+    rise: [f64; 2],
+}
+
+impl Tent {
+    fn new(axis: &Axis, k: usize) -> Tent {
+        let width = |k: usize| if k < axis.len() { axis.width(k) } else { 0.0 };
+        let own = width(k);
+        let neighbours = [if k > 0 { width(k - 1) } else { 0.0 }, width(k + 1)];
+        let mass = 0.75 * own + (neighbours[0] + neighbours[1]) / 8.0;
+        let sides = neighbours.map(|w| {
+            let (outer, inner) = (w / 8.0 / mass, 0.375 * own / mass);
+            Side { outer, rise: [0.25 / outer.max(f64::MIN_POSITIVE), 0.75 / inner] }
+        });
+        let left = (neighbours[0] / 8.0 + 0.375 * own) / mass;
+        Tent { peak: k as f64 - f64::from(axis.half), mass, left, sides }
+    }
+
+    /// Grid coordinate with a density in slope that follows the tent, for a uniform `a` in `[0, 1)`.
+    #[inline]
+    fn place(&self, a: f64) -> f64 {
+        let right = a >= self.left;
+        let (side, share, sign) = if right { (&self.sides[1], 1.0 - a, 1.0) } else { (&self.sides[0], a, -1.0) };
+        let beyond = share - side.outer;
+        let square = if beyond < 0.0 { share * side.rise[0] } else { 0.25 + beyond * side.rise[1] };
+        self.peak + sign * (1.0 - square.min(1.0).sqrt())
+    }
 }
 
 impl Hats {
     /// The hats of `cells`.
     pub fn new(cells: &HalfVectorCells) -> Hats {
-        let count = cells.sectors.len();
-        let mut inverse_integral = Vec::with_capacity(cells.len());
-        let rings = (0..count)
-            .map(|r| {
-                let last = r + 1 == count;
-                let peak = cells.ring_centre(r);
-                let begin = if r == 0 { peak } else { cells.ring_centre(r - 1) };
-                let end = if last { cells.edges[count] } else { cells.ring_centre(r + 1) };
-                let (up, down) = (peak - begin, if last { 0.0 } else { end - peak });
-                // With rho = a + h x: x rho = a x + h x^2 going up, (1 - x) rho = a (1 - x) + h x (1 - x) coming down.
-                let plateau = if last { 0.5 * (end * end - peak * peak) } else { 0.0 };
-                let masses = [up * begin / 2.0, up * up / 3.0, down * peak / 2.0, down * down / 6.0, plateau];
-                let total: f64 = masses.iter().sum();
-                let mut sum = 0.0;
-                let cumulative = masses.map(|m| {
-                    sum += m;
-                    sum / total
-                });
-                let sectors = f64::from(cells.sectors[r]);
-                let integral = total * cells.scale[0] * cells.scale[1] * TAU / sectors;
-                let range = cells.cells_of_ring(r);
-                inverse_integral.resize(range.end, 1.0 / integral);
-                Ring { begin, peak, end, cumulative, first: range.start, sectors }
-            })
-            .collect();
-        Hats { rings, inverse_integral }
+        let tents = |axis: &Axis| (0..axis.len()).map(|k| Tent::new(axis, k)).collect();
+        Hats { across: tents(&cells.axes[0]), along: tents(&cells.axes[1]), core_area: cells.width[0] * cells.width[1] }
     }
 
-    /// `1 / integral of hat_k dp dq` over the slope plane.
+    /// `integral of hat_k dp dq` over the slope plane.
     #[inline]
-    pub fn inverse_integral(&self, cell: usize) -> f64 {
-        self.inverse_integral[cell]
+    pub fn integral(&self, [column, row]: [usize; 2]) -> f64 {
+        self.across[column].mass * self.along[row].mass * self.core_area
     }
 
-    /// `(rho, chi)` with density `hat_k` over the slope plane, for uniform `(a, b)` in `[0, 1)^2`.
+    /// Grid coordinates with density `hat_k` over the slope plane, for uniform `(a, b)` in `[0, 1)^2`.
     #[inline]
-    pub fn polar_in(&self, cell: usize, a: f64, b: f64) -> (f64, f64) {
-        let ring = &self.rings[self.rings.partition_point(|r| r.first <= cell) - 1];
-        let piece = ring.cumulative.iter().position(|&c| a < c).unwrap_or(PIECES - 1);
-        let below = if piece == 0 { 0.0 } else { ring.cumulative[piece - 1] };
-        let v = ((a - below) / (ring.cumulative[piece] - below)).clamp(0.0, 1.0);
-        let (up, down) = (ring.peak - ring.begin, ring.end - ring.peak);
-        let rho = match piece {
-            0 => ring.begin + up * v.sqrt(),
-            1 => ring.begin + up * v.cbrt(),
-            2 => ring.peak + down * (1.0 - (1.0 - v).sqrt()),
-            // x of 3 x^2 - 2 x^3 = v.
-            3 => ring.peak + down * (0.5 - ((1.0 - 2.0 * v).asin() / 3.0).sin()),
-            _ => (ring.peak * ring.peak + v * (ring.end * ring.end - ring.peak * ring.peak)).sqrt(),
-        };
-        let turn = if ring.sectors == 1.0 {
-            b - 0.5
-        } else {
-            let tent = if b < 0.5 { (2.0 * b).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * b).sqrt() };
-            ((cell - ring.first) as f64 + tent) / ring.sectors
-        };
-        (rho, TAU * turn)
+    pub fn place(&self, [column, row]: [usize; 2], a: f64, b: f64) -> [f64; 2] {
+        [self.across[column].place(a), self.along[row].place(b)]
     }
 }
 
@@ -100,68 +89,72 @@ mod tests {
     use crate::math::random::CounterRng;
     use crate::math::statistics::chi_square_test;
 
+    /// Few cells: central, one octave of two, then wider ones.
     fn cells() -> HalfVectorCells {
-        HalfVectorCells::from_parts([0.1, -0.2], [0.3, 0.1], 0.4, vec![0.0, 0.5, 1.1, 1.6, 2.9], vec![1, 6, 9, 7])
+        let axis = |half| Axis { core: 1, per_octave: 2, half };
+        HalfVectorCells::from_parts([0.1, -0.2], [0.3, 0.1], 0.4, [axis(7), axis(6)])
     }
 
-    /// Weight of `cell` in the interpolation at a place.
-    fn hat(cells: &HalfVectorCells, cell: usize, polar: (f64, f64)) -> f64 {
-        cells.stencil_at(polar).iter().filter(|s| s.0 == cell).map(|s| s.1).sum()
+    /// Weight of `cell` in the interpolation at grid coordinates.
+    fn hat(cells: &HalfVectorCells, cell: usize, at: [f64; 2]) -> f64 {
+        cells.stencil_at(at).iter().filter(|s| s.0 == cell).map(|s| s.1).sum()
     }
 
+    /// Midpoints within the half cells, where hats are bilinear: exact.
     #[test]
-    fn hats_tile_the_plane_and_integrate_to_what_they_say() {
+    fn hats_integrate_to_what_they_say() {
         let cells = cells();
         let hats = Hats::new(&cells);
-        let sum: f64 = (0..cells.len()).map(|k| 1.0 / hats.inverse_integral(k)).sum();
-        let area: f64 = (0..cells.len()).map(|k| cells.area(k)).sum();
-        assert!((sum / area - 1.0).abs() < 1e-12);
-        // Midpoints in (rho, chi) on a grid that meets the kinks of every ring to 1e-3.
-        let (rings, turns) = (2900, 6 * 9 * 7 * 2);
         let mut integrals = vec![0.0; cells.len()];
-        for i in 0..rings {
-            let rho = 2.9 * (f64::from(i) + 0.5) / f64::from(rings);
-            for j in 0..turns {
-                let chi = TAU * (f64::from(j) + 0.5) / f64::from(turns);
-                for (k, w) in cells.stencil_at((rho, chi)) {
-                    integrals[k] += w * rho * 2.9 * TAU / f64::from(rings * turns) * 0.03;
+        for cell in 0..cells.len() {
+            for (a, b) in [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)] {
+                let (p, q) = cells.slope_in(cell, a, b);
+                for (k, w) in cells.stencil(p, q) {
+                    integrals[k] += w * cells.area(cell) / 4.0;
                 }
             }
         }
-        for (k, integral) in integrals.iter().enumerate() {
-            assert!((integral * hats.inverse_integral(k) - 1.0).abs() < 2e-3, "{k}: {integral}");
+        for k in (0..cells.len()).filter(|&k| !cells.is_border(k)) {
+            let said = hats.integral(cells.column_and_row(k));
+            assert!((integrals[k] / said - 1.0).abs() < 1e-12, "{k}: {} {said}", integrals[k]);
         }
     }
 
-    /// Places drawn under a hat against the hat, in cells small enough to see its slopes.
+    /// Places drawn under a hat against the hat, in bins small enough to see its slopes.
     #[test]
     fn places_follow_the_hat() {
         let cells = cells();
         let hats = Hats::new(&cells);
-        let (rings, turns) = (58, 36);
-        for cell in [0, 3, 10, 22] {
+        let bins = 40;
+        // In the core, at the step from one width to the next, and next to the border.
+        for (column, row) in [(7, 6), (7 + 3, 6 - 4), (1, 11), (7 - 4, 6)] {
+            let cell = row * cells.row_length() + column;
+            let from = [column as f64 - 7.0 - 1.0, row as f64 - 6.0 - 1.0];
             let mut rng = CounterRng::new(3, 0, cell as u64);
-            let mut counts = vec![0.0; rings * turns];
-            let draws = 300_000;
+            let mut counts = vec![0.0; bins * bins];
+            let draws = 400_000;
             for _ in 0..draws {
-                let (rho, chi) = hats.polar_in(cell, rng.uniform(), rng.uniform());
-                assert!(hat(&cells, cell, (rho, chi)) > 0.0, "{cell}: {rho} {chi}");
-                let i = (rho / 2.9 * rings as f64) as usize;
-                let j = ((chi / TAU).rem_euclid(1.0) * turns as f64) as usize;
-                counts[i.min(rings - 1) * turns + j.min(turns - 1)] += 1.0;
+                let at = hats.place([column, row], rng.uniform(), rng.uniform());
+                assert!(hat(&cells, cell, at) > 0.0, "{cell}: {at:?}");
+                let [i, j] = [0, 1].map(|k| ((at[k] - from[k]) / 2.0 * bins as f64) as usize);
+                counts[j.min(bins - 1) * bins + i.min(bins - 1)] += 1.0;
             }
-            let fine = 16;
-            let expected: Vec<f64> = (0..rings * turns)
+            // Within a bin the hat is bilinear and the width of the cell constant: its middle stands for it.
+            let integral = hats.integral([column, row]);
+            let expected: Vec<f64> = (0..bins * bins)
                 .map(|bin| {
-                    let mut sum = 0.0;
-                    for k in 0..fine * fine {
-                        let part = |x: usize| (x as f64 + 0.5) / fine as f64;
-                        let rho = 2.9 * ((bin / turns) as f64 + part(k / fine)) / rings as f64;
-                        let chi = TAU * ((bin % turns) as f64 + part(k % fine)) / turns as f64;
-                        sum += hat(&cells, cell, (rho, chi)) * rho;
-                    }
-                    let step = 2.9 * TAU / (rings * turns * fine * fine) as f64;
-                    sum * step * 0.03 * hats.inverse_integral(cell) * f64::from(draws)
+                    let at = [0, 1].map(|k| {
+                        let step = if k == 0 { bin % bins } else { bin / bins };
+                        from[k] + (step as f64 + 0.5) * 2.0 / bins as f64
+                    });
+                    let widths: f64 = (0..2)
+                        .map(|k| {
+                            let axis = &cells.axes[k];
+                            let h = 1.0 / bins as f64;
+                            (axis.place(at[k] + h) - axis.place(at[k] - h)) * cells.width[k]
+                        })
+                        .product();
+                    hat(&cells, cell, at) * widths / integral * f64::from(draws)
                 })
                 .collect();
             let (chi2, dof, p) = chi_square_test(&counts, &expected, 10.0);

@@ -1,6 +1,7 @@
 //! Floor 4: how the facets scatter: detectors, tallies, the facet sum and the naive rays.
 
 pub mod accumulator;
+pub mod axis;
 pub mod bounce;
 pub mod cells;
 pub mod choice;
@@ -9,6 +10,7 @@ pub mod facet_sum;
 pub mod facing;
 pub mod hats;
 pub mod rays;
+pub mod rings;
 pub mod selection;
 pub mod slope_histogram;
 pub mod tally;

@@ -2,6 +2,7 @@
 
 use super::cells::HalfVectorCells;
 use super::facing::facing;
+use super::rings::Rings;
 use super::tally::{CORE_SLOPE, Tally};
 use crate::facets::distribution::Hiding;
 use crate::facets::slopes;
@@ -25,10 +26,12 @@ pub struct SlopeDensity {
 }
 
 impl SlopeDensity {
-    /// Counts the facets of `map` into `cells`. `isotropic` averages every ring over its sectors.
+    /// Counts the facets of `map` into `cells`; `isotropic`: into rings, which are then spread over the cells.
     pub fn measure(map: &HeightMap, cells: &HalfVectorCells, isotropic: bool) -> Self {
         let (nx, ny) = slopes::cells(map);
-        let n = cells.len();
+        let rings = isotropic.then(|| Rings::new(cells));
+        let n = rings.as_ref().map_or(cells.len(), Rings::len);
+        let place = |p: f64, q: f64| rings.as_ref().map_or_else(|| cells.locate(p, q), |rings| rings.ring(p, q));
         let across = SUBAREAS_PER_AXIS;
         // The extra slot of each sub-area counts the core.
         let counts: Vec<Vec<u64>> = (0..across)
@@ -37,7 +40,7 @@ impl SlopeDensity {
                 let mut counts = vec![0u64; across * (n + 1)];
                 for row in band * ny / across..(band + 1) * ny / across {
                     slopes::visit_row(map, row, |f| {
-                        let cell = if f.p.abs().max(f.q.abs()) < CORE_SLOPE { n } else { cells.locate(f.p, f.q) };
+                        let cell = if f.p.abs().max(f.q.abs()) < CORE_SLOPE { n } else { place(f.p, f.q) };
                         counts[f.column * across / nx * (n + 1) + cell] += 1;
                     });
                 }
@@ -51,11 +54,10 @@ impl SlopeDensity {
         }
         let density_of = |counts: &[u64]| {
             let facets = counts.iter().sum::<u64>() as f64;
-            let mut density: Vec<f64> = (0..n).map(|k| counts[k] as f64 / (facets * cells.area(k))).collect();
-            if isotropic {
-                average_rings(cells, &mut density);
+            match &rings {
+                Some(rings) => rings.spread(cells, counts, facets),
+                None => (0..n).map(|k| counts[k] as f64 / (facets * cells.area(k))).collect(),
             }
-            density
         };
         SlopeDensity {
             density: density_of(&total),
@@ -101,14 +103,5 @@ impl SlopeDensity {
         tally.shadowed = lambda;
         tally.bounces[0] = tally.energy.iter().sum::<f64>() + tally.core;
         tally
-    }
-}
-
-/// Replaces every ring by its mean: exact averaging over the azimuth of the source.
-pub fn average_rings(cells: &HalfVectorCells, values: &mut [f64]) {
-    for ring in 0..cells.sectors.len() {
-        let range = cells.cells_of_ring(ring);
-        let mean = values[range.clone()].iter().sum::<f64>() / range.len() as f64;
-        values[range].fill(mean);
     }
 }

@@ -6,10 +6,9 @@
 //! | `theta_i_deg` | f64 \[T\] | incident polar angles of the nodes, rising |
 //! | `phi_i_deg` | f64 \[P\] | source azimuths of the nodes, rising; one if isotropic |
 //! | `slope_centre` | f64 \[2\] | slope (p, q) at the centre of the cells |
-//! | `slope_scale` | f64 \[2\] | slope per unit of rho along the two axes |
+//! | `slope_cell_width` | f64 \[2\] | slope across a core cell along the two axes |
 //! | `axis_angle_deg` | f64 \[1\] | direction of the first axis from +x |
-//! | `ring_edges_rho` | f64 \[R+1\] | ring edges, from 0 |
-//! | `ring_sectors` | u32 \[R\] | sectors per ring, sector 0 centred on the first axis; K = their sum |
+//! | `cells_per_axis` | u32 \[2,3\] | per axis: equal cells on each side of the central one, tail cells per doubling of the width, cells in all on each side; K = (2 last\[0\] + 1) (2 last\[1\] + 1) |
 //! | `density` | f64 \[T,P,K\] | T of [`Table`]'s formula at the cell centres, per unit slope area |
 //! | `density_relative_se` | f64 \[T,P,K\] | its standard error, relative |
 //! | `subarea_ratio` | f64 \[S,K\] | density of each sub-area over that of the map |
@@ -25,6 +24,7 @@ use crate::npy;
 use crate::optics::Material;
 use crate::output;
 use crate::scatter::HalfVectorCells;
+use crate::scatter::axis::Axis;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -84,10 +84,12 @@ impl Table {
             ("theta_i_deg", list(degrees(&self.theta_i))),
             ("phi_i_deg", list(degrees(&self.phi_i))),
             ("slope_centre", list(self.cells.centre.to_vec())),
-            ("slope_scale", list(self.cells.scale.to_vec())),
+            ("slope_cell_width", list(self.cells.width.to_vec())),
             ("axis_angle_deg", list(vec![self.cells.angle.to_degrees()])),
-            ("ring_edges_rho", list(self.cells.edges.clone())),
-            ("ring_sectors", npy::encode(&[self.cells.sectors.len()], self.cells.sectors.iter().copied())),
+            (
+                "cells_per_axis",
+                npy::encode(&[2, 3], self.cells.axes.iter().flat_map(|a| [a.core, a.per_octave, a.half])),
+            ),
             ("density", npy::encode(&[t, p, k], self.density.iter().copied())),
             ("density_relative_se", npy::encode(&[t, p, k], self.relative_error.iter().copied())),
             (
@@ -191,23 +193,24 @@ impl Table {
 
 fn read_cells(archive: &mut Archive) -> std::result::Result<HalfVectorCells, Fault> {
     let centre = member::<f64>(archive, "slope_centre", Some(2))?;
-    let scale = member::<f64>(archive, "slope_scale", Some(2))?;
+    let width = member::<f64>(archive, "slope_cell_width", Some(2))?;
     let angle = member::<f64>(archive, "axis_angle_deg", Some(1))?[0].to_radians();
-    let edges = member::<f64>(archive, "ring_edges_rho", None)?;
-    let sectors = member::<u32>(archive, "ring_sectors", None)?;
-    let cells: u64 = sectors.iter().map(|&n| u64::from(n)).sum();
-    let sound = sectors.len() + 1 == edges.len()
-        && !sectors.is_empty()
-        && sectors.iter().all(|&n| n > 0)
-        && cells <= MOST_VALUES as u64
-        && edges[0] == 0.0
-        && edges.windows(2).all(|w| w[0] < w[1])
-        && edges.iter().chain(&centre).chain([&angle]).all(|v| v.is_finite())
-        && scale.iter().all(|s| s.is_finite() && *s > 0.0);
+    let shape = member::<u32>(archive, "cells_per_axis", Some(6))?;
+    let axis = |k: usize| Axis { core: shape[3 * k], per_octave: shape[3 * k + 1], half: shape[3 * k + 2] };
+    let axes = [axis(0), axis(1)];
+    // The reach of the last cell must be a number, too.
+    let sound = axes.iter().all(|a| {
+        a.per_octave.is_power_of_two()
+            && a.half >= 2
+            && a.half <= 1 << 14
+            && a.core <= a.half
+            && a.half / a.per_octave < 512
+    }) && centre.iter().chain([&angle]).all(|v| v.is_finite())
+        && width.iter().all(|w| w.is_finite() && *w > 0.0);
     if !sound {
-        return Err(corrupt("the rings and sectors do not fit together".to_owned()));
+        return Err(corrupt("the cells of the slope plane do not fit together".to_owned()));
     }
-    Ok(HalfVectorCells::from_parts([centre[0], centre[1]], [scale[0], scale[1]], angle, edges, sectors))
+    Ok(HalfVectorCells::from_parts([centre[0], centre[1]], [width[0], width[1]], angle, axes))
 }
 
 /// The elements of one member; `count` if their number is known.

@@ -1,6 +1,8 @@
 //! Readers and writers of height maps against real files, a conformance set, hostile bytes and round trips.
 
+mod collection;
 mod conformance;
+mod formulas;
 mod handmade;
 mod hostile;
 mod real;
@@ -10,11 +12,16 @@ use asperity::heightmap::RawMap;
 use asperity::heightmap::read::{ReadOptions, read};
 use std::path::PathBuf;
 
-/// A file of the shared collection, or `None` with a loud line if the collection is not there.
-fn shared(name: &str) -> Option<PathBuf> {
+/// Where the shared collection of height maps is, if it is there.
+fn shared_folder() -> PathBuf {
     let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared");
     let folder = std::env::var_os("ASPERITY_SHARED").map_or_else(|| PathBuf::from(default), PathBuf::from);
-    let path = folder.join("heightmaps").join(name);
+    folder.join("heightmaps")
+}
+
+/// A file of the shared collection, or `None` with a loud line if the collection is not there.
+fn shared(name: &str) -> Option<PathBuf> {
+    let path = shared_folder().join(name);
     if !path.exists() {
         eprintln!("SKIPPED: {} is absent; set ASPERITY_SHARED to the folder that holds heightmaps/", path.display());
         return None;

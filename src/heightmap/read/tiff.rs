@@ -4,7 +4,7 @@
 //! and most programs leave 72 or 96 there.
 
 use super::ReadOptions;
-use super::fields::into_grid;
+use super::fields::{Fields, into_grid};
 use crate::archive::unpack_limit;
 use crate::error::Fault;
 use crate::heightmap::RawMap;
@@ -24,6 +24,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
     limits.decoding_buffer_size = limit;
     limits.intermediate_buffer_size = limit;
     limits.ifd_value_size = bytes.len();
+    refuse_impossible_fields(bytes)?;
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(broken)?.with_limits(limits);
     let (columns, rows) = decoder.dimensions().map_err(broken)?;
     let (columns, rows) = (columns as usize, rows as usize);
@@ -61,6 +62,33 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
     }?;
     let [pitch_x, pitch_y] = options.pitch_or(NAME, None)?;
     Ok(RawMap { heights: into_grid(rows, columns, heights, NAME)?, pitch_x, pitch_y, format: NAME, notes: vec![] })
+}
+
+/// The decoder makes room for every field of the first directory before its limits can be set, so their counts are
+/// weighed against the file first.
+fn refuse_impossible_fields(bytes: &[u8]) -> Result<(), Fault> {
+    let file = Fields { bytes, format: NAME, big_endian: bytes[0] == b'M' };
+    // The kind with 64-bit offsets: where the directory is, bytes of its number of fields, of a count and of a field.
+    let long = |at: usize| -> Result<usize, Fault> {
+        let (first, second) = (file.u32(at)?, file.u32(at + 4)?);
+        let (high, low) = if file.big_endian { (first, second) } else { (second, first) };
+        // What does not fit 32 bits is in no file that fits memory.
+        Ok(if high == 0 { low } else { usize::MAX })
+    };
+    let wide = bytes[2..4].contains(&43);
+    let directory = if wide { long(8)? } else { file.u32(4)? };
+    file.slice(directory, if wide { 8 } else { 2 })?;
+    let fields = if wide { long(directory)? } else { file.u16(directory)? };
+    let (start, step) = if wide { (directory + 8, 20) } else { (directory + 2, 12) };
+    file.slice(start, fields.saturating_mul(step))?;
+    for field in (0..fields).map(|k| start + k * step) {
+        let count = if wide { long(field + 4)? } else { file.u32(field + 4)? };
+        if count > bytes.len() {
+            let what = format!("a field of {count} values cannot be in a file of {} bytes", bytes.len());
+            return Err(Fault::Corrupt { format: NAME, what });
+        }
+    }
+    Ok(())
 }
 
 fn broken(error: tiff::TiffError) -> Fault {

@@ -3,7 +3,7 @@
 use super::{Detectors, Rings, ShirleyChiu};
 use crate::error::{Error, Result};
 use crate::facets::SlopeStatistics;
-use crate::scatter::cells::HalfVectorCells;
+use crate::scatter::cells::{HalfVectorCells, TOLERANCE};
 use serde::{Deserialize, Serialize};
 
 /// Which detectors to count into.
@@ -57,7 +57,7 @@ impl Partition {
     /// # Errors
     /// `Error::Parameter` if a step or count is out of range.
     pub fn detectors(&self, statistics: &SlopeStatistics, isotropic: bool) -> Result<Box<dyn Detectors>> {
-        Ok(self.fixed()?.unwrap_or_else(|| Box::new(HalfVectorCells::for_lobe(statistics, isotropic))))
+        Ok(self.fixed()?.unwrap_or_else(|| Box::new(HalfVectorCells::for_lobe(statistics, isotropic, TOLERANCE))))
     }
 
     /// The detectors if they do not depend on the map.

@@ -1,0 +1,133 @@
+//! One axis of the half-vector cells: equal cells in the middle, ever wider ones in the tails.
+
+/// `u(x) = sign(x) (min(|x|, c) + n L(1 + max(|x| - c, 0) / n))`, `L(y) = e + y / 2^e - 1` for `2^e <= y < 2^(e+1)`.
+///
+/// `x` counts core cells from the centre and `u` is the grid coordinate: cell `j` spans `j - 1/2 .. j + 1/2` in u. `L` is the
+/// logarithm to base 2 with straight lines between the powers of two; an IEEE number holds it in its exponent and mantissa,
+/// so neither `u` nor its inverse needs more than a few additions. `c` is half a whole number and `n` a power of two:
+/// every cell then lies within one straight piece, and after every `n` tail cells the width doubles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// Equal cells on each side of the central one; the first `per_octave` tail cells are as wide.
+    pub core: u32,
+    /// Tail cells after which the width doubles, a power of two.
+    pub per_octave: u32,
+    /// Cells on each side of the central one; the outermost on either side is the border, which holds nothing.
+    pub half: u32,
+}
+
+impl Axis {
+    /// The axis whose cells, border excluded, reach `x` core cells from the centre.
+    pub fn reaching(x: f64, core: u32, per_octave: u32) -> Axis {
+        let axis = Axis { core, per_octave, half: 0 };
+        // A border cell and one that holds something are the least; the cap keeps any input within memory.
+        let half = (axis.coordinate(x) + 0.5).ceil().clamp(2.0, 4000.0);
+        Axis { half: half as u32, ..axis }
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        2 * self.half as usize + 1
+    }
+
+    /// Never true.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// Grid coordinate of `x`; a NaN counts as the end of the core.
+    #[inline]
+    pub fn coordinate(&self, x: f64) -> f64 {
+        let c = f64::from(self.core) + 0.5;
+        let n = f64::from(self.per_octave);
+        let distance = x.abs();
+        let tail = (distance - c).max(0.0);
+        (distance.min(c) + n * piecewise_log2(1.0 + tail / n)).copysign(x)
+    }
+
+    /// The `x` of a grid coordinate.
+    #[inline]
+    pub fn place(&self, u: f64) -> f64 {
+        let c = f64::from(self.core) + 0.5;
+        let n = f64::from(self.per_octave);
+        let distance = u.abs();
+        let tail = (distance - c).max(0.0);
+        (distance.min(c) + n * (piecewise_exp2(tail / n) - 1.0)).copysign(u)
+    }
+
+    /// Cell of a grid coordinate, counted from 0; beyond the border's inner edge the last cell before it.
+    #[inline]
+    pub fn cell(&self, u: f64) -> usize {
+        let inside = f64::from(self.half) - 0.75;
+        // Truncation is the floor of a number above zero.
+        (u.clamp(-inside, inside) + (f64::from(self.half) + 0.5)) as usize
+    }
+
+    /// Width of cell `k` in core cells.
+    pub fn width(&self, k: usize) -> f64 {
+        let u = k as f64 - f64::from(self.half);
+        self.place(u + 0.5) - self.place(u - 0.5)
+    }
+}
+
+/// Bits of 1.0, of the mantissa, and of 2^52, to whose last places small whole numbers can be added as bits.
+const ONE: u64 = 0x3ff0_0000_0000_0000;
+const MANTISSA: u64 = 0x000f_ffff_ffff_ffff;
+const TWO_52: u64 = 0x4330_0000_0000_0000;
+
+/// `e + y / 2^e - 1` for `y >= 1`.
+#[inline]
+fn piecewise_log2(y: f64) -> f64 {
+    let bits = y.to_bits();
+    let exponent = f64::from_bits(bits >> 52 | TWO_52) - (f64::from_bits(TWO_52) + 1023.0);
+    exponent + (f64::from_bits(bits & MANTISSA | ONE) - 1.0)
+}
+
+/// The inverse: `2^e (1 + z - e)` with `e` the whole part of `z >= 0`.
+#[inline]
+fn piecewise_exp2(z: f64) -> f64 {
+    let e = (z as u64).min(1000);
+    f64::from_bits((e + 1023) << 52) * (1.0 + (z - e as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinate_and_place_are_inverse_and_rise() {
+        let axis = Axis::reaching(3000.0, 7, 4);
+        let mut before = f64::NEG_INFINITY;
+        for k in -4000..=4000 {
+            let u = f64::from(k) * f64::from(axis.half) / 4000.0;
+            let x = axis.place(u);
+            assert!(x > before);
+            assert!((axis.coordinate(x) - u).abs() < 1e-12 * u.abs().max(1.0), "{u} {x}");
+            before = x;
+        }
+        assert!(axis.place(f64::from(axis.half) - 0.5) >= 3000.0);
+    }
+
+    #[test]
+    fn widths_are_equal_then_double_every_octave() {
+        let axis = Axis::reaching(200.0, 3, 4);
+        let widths: Vec<f64> = (0..20).map(|k| axis.width(axis.half as usize + k)).collect();
+        let mut expected = vec![1.0; 8];
+        expected.extend([2.0; 4]);
+        expected.extend([4.0; 4]);
+        expected.extend([8.0; 4]);
+        for (w, e) in widths.iter().zip(expected) {
+            assert!((w - e).abs() < 1e-12, "{widths:?}");
+        }
+    }
+
+    #[test]
+    fn no_slope_falls_outside() {
+        let axis = Axis::reaching(50.0, 2, 8);
+        for x in [0.0, -0.0, 1e300, -1e300, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, 49.9, -1e-300] {
+            let cell = axis.cell(axis.coordinate(x));
+            assert!(cell >= 1 && cell + 1 < axis.len(), "{x}: {cell}");
+        }
+        assert_eq!(axis.cell(axis.coordinate(0.0)), axis.half as usize);
+    }
+}
