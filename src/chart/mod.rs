@@ -8,8 +8,10 @@ mod fit_page;
 pub mod gloss_roughness;
 mod height_view;
 mod inspection;
+pub mod lobe;
 mod plot;
 mod raster;
+mod shapes;
 mod slices;
 mod units;
 

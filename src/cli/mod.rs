@@ -6,6 +6,7 @@ mod fit;
 mod fit_target;
 mod gloss;
 mod inspect;
+mod lobe;
 mod map_options;
 mod models;
 mod predict;
@@ -46,6 +47,8 @@ enum Verb {
     Gloss(gloss::Arguments),
     /// Parameters of a model from a map, table, list of f_r or model, or from gloss and haze to be reached
     Fit(fit::Arguments),
+    /// Picture of lobes: slices in the plane of incidence and in the round (.svg, .png)
+    Lobe(lobe::Arguments),
     /// A NEF-BM material from the scans of a goniometer, with residuals and standard errors
     Protocol(protocol::Arguments),
     /// Comparison picture of maps, tables or models
@@ -71,6 +74,7 @@ pub fn run() -> std::process::ExitCode {
         Verb::Brdf(a) => brdf::run(&a, cli.json),
         Verb::Gloss(a) => gloss::run(&a, cli.json),
         Verb::Fit(a) => fit::run(&a, cli.json),
+        Verb::Lobe(a) => lobe::run(&a, cli.json),
         Verb::Protocol(a) => protocol::run(&a, cli.json),
         Verb::Tiles(a) => tiles::run(&a, cli.json),
         Verb::Convert(a) => convert::run(&a, cli.json),

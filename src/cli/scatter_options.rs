@@ -66,6 +66,11 @@ impl ScatterOptions {
         self.wavelength
     }
 
+    /// The same at another wavelength \[m\].
+    pub fn at_wavelength(&self, wavelength: f64) -> Self {
+        ScatterOptions { wavelength, ..self.clone() }
+    }
+
     /// The library's settings.
     pub fn settings(&self) -> Result<Settings> {
         let defaults = Options::default();
