@@ -57,8 +57,8 @@ enum Verb {
     Convert(convert::Arguments),
     /// Make a synthetic height map (.x3p, .npy or .sdf)
     Synth(synth::Arguments),
-    /// List the BRDF models with their parameters and ranges
-    Models,
+    /// The BRDF models with their parameters and ranges, and the materials of the library
+    Models(models::Arguments),
 }
 
 /// Runs the command line. Exit code 0 done, 1 failed, 2 usage.
@@ -79,7 +79,7 @@ pub fn run() -> std::process::ExitCode {
         Verb::Tiles(a) => tiles::run(&a, cli.json),
         Verb::Convert(a) => convert::run(&a, cli.json),
         Verb::Synth(a) => synth::run(&a, cli.json),
-        Verb::Models => models::run(cli.json),
+        Verb::Models(a) => models::run(&a, cli.json),
     };
     match done {
         Ok(()) => std::process::ExitCode::SUCCESS,

@@ -36,7 +36,7 @@ impl Source {
     ) -> Result<Source> {
         let settings = scatter.settings()?;
         if model::is_model(text) {
-            let brdf = model::parse(text, scatter.wavelength())?;
+            let brdf = model::parse_with(text, &|part| layer(part, map, scatter))?;
             let gloss = settings.glossmeter.clone().map(|g| meter::gloss(brdf.as_ref(), &g, &settings.meter));
             progress(1.0);
             return Ok(Source::Model { text: text.to_owned(), brdf, gloss });
@@ -109,6 +109,17 @@ impl Source {
             Source::Surface { prediction, .. } => Some(prediction),
             Source::Model { .. } => None,
         }
+    }
+}
+
+/// One layer of a model: a model itself, a table or a height map.
+fn layer(text: &str, map: &MapOptions, scatter: &ScatterOptions) -> Result<Box<dyn Brdf>> {
+    if model::is_model(text) {
+        return model::parse(text, scatter.wavelength());
+    }
+    match Source::open(text, map, scatter, &|_| ())? {
+        Source::Surface { prediction, .. } => Ok(Box::new(prediction.brdf)),
+        Source::Model { brdf, .. } => Ok(brdf),
     }
 }
 

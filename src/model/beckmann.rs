@@ -7,6 +7,7 @@
 //! | `alpha` | sqrt 2 times the rms slope along an axis; 2 Sq / correlation length of a Gaussian surface | | 0 to 2 |
 //! | `alpha_x`, `alpha_y` | the same along x and y, instead of `alpha` | | 0 to 2 |
 //! | `n`, `k` or `material` | interface | | see [`super::smooth`] |
+//! | `shadowing` | the factor G; `correlated` by default | | see [`super::microfacet`] |
 //!
 //! `Lambda(v) = (exp(-v^2) / (v sqrt pi) - erfc v) / 2`, `v = cot theta / alpha(phi)`; `G = 1 / (1 + Lambda_i +
 //! Lambda_o)`.
@@ -19,9 +20,11 @@
 //! method (Heitz and d'Eon, Importance sampling microfacet-based BSDFs using the distribution of visible normals,
 //! EGSR 2014).
 //!
+//! Picture: `asperity lobe beckmann:alpha=0.1,n=1.5 ggx:alpha=0.1,n=1.5 -o beckmann_ggx.svg`
+//!
 //! Sources: Beckmann and Spizzichino 1963; Walter et al., EGSR 2007, equations 25-28; Heitz 2014.
 
-use super::microfacet::{Microfacet, Shape};
+use super::microfacet::{Microfacet, SHADOWING, Shadowing, Shape};
 use super::parameter::Parameter;
 use super::registry::Entry;
 use super::smooth::{EXTINCTION, INDEX};
@@ -34,11 +37,16 @@ pub static ENTRY: Entry = Entry {
     summary: "rough interface with Gaussian slopes",
     formula: "f_r = R D G / (4 cos_theta_i cos_theta_r), D = exp(-tan^2/alpha^2) / (pi alpha^2 cos^4)",
     parameters: ROUGH_INTERFACE,
+    words: &[SHADOWING],
     interface: true,
-    energy: "albedo <= R; multiple scattering is lost",
+    exceeds_one: true,
+    energy: "albedo <= R, multiple scattering is lost; with shadowing=none it exceeds 1 at grazing",
     source: "Beckmann 1963; Walter et al. 2007; Heitz 2014",
     example: "beckmann:alpha=0.02,n=1.5",
-    build: |a| Ok(Box::new(Beckmann::new(a.alpha()?, a.material()?))),
+    build: |v| {
+        let shadowing = Shadowing::named(v.word("shadowing"));
+        Ok(Box::new(Beckmann::new(v.alpha()?, v.material()?).with_shadowing(shadowing)))
+    },
     ..Entry::PLAIN
 };
 
@@ -74,6 +82,10 @@ impl Shape for GaussianSlopes {
     fn lambda(v: f64) -> f64 {
         // Beyond v = 6 Lambda is below 1e-17; at v = 0 it is infinite and G rightly 0.
         if v >= 6.0 { 0.0 } else { 0.5 * ((-v * v).exp() / (v * PI.sqrt()) - libm::erfc(v)) }
+    }
+
+    fn share_below(v: f64) -> f64 {
+        1.0 - 0.5 * libm::erfc(v)
     }
 
     fn sample_normal(alpha: [f64; 2], wi: DVec3, u: [f64; 2]) -> DVec3 {

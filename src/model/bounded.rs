@@ -12,7 +12,7 @@
 //!
 //! Source: the defect of the NEF-BM at grazing, Westlund and Meyer 2002, section 3.2; this cure is ours.
 
-use super::albedo::{AlbedoTable, sampled_average};
+use super::albedo::{AlbedoTable, DRAWS, sampled_average};
 use crate::math::frame::theta;
 use crate::optics::{Brdf, BrdfSample};
 use glam::DVec3;
@@ -53,7 +53,7 @@ impl Brdf for Bounded {
     }
 
     fn albedo(&self, theta_i: f64) -> f64 {
-        self.albedo.get_or_init(|| AlbedoTable::new(1, |wi| sampled_average(self, wi))).at(theta_i)
+        self.albedo.get_or_init(|| AlbedoTable::new(1, |wi| sampled_average(self, wi, DRAWS))).at(theta_i)
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {

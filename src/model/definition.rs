@@ -129,6 +129,12 @@ impl Definition {
         Ok(())
     }
 
+    /// Whether `f_r(wi, wo) = f_r(wo, wi)`.
+    pub fn is_reciprocal(&self) -> bool {
+        let form = self.words.iter().find(|(name, _)| *name == "form").map(|(_, word)| word.as_str());
+        self.entry.not_reciprocal.is_none_or(|form_without| form != Some(form_without))
+    }
+
     /// Scales the model down where it would reflect more than it receives (see [`Bounded`]).
     pub fn set_bounded(&mut self, bounded: bool) {
         self.bounded = bounded;

@@ -7,6 +7,7 @@
 //! | `alpha` | slope within which half of the facets lie | | 0 to 2 |
 //! | `alpha_x`, `alpha_y` | the same along x and y, instead of `alpha` | | 0 to 2 |
 //! | `n`, `k` or `material` | interface | | see [`super::smooth`] |
+//! | `shadowing` | the factor G; `correlated` by default | | see [`super::microfacet`] |
 //!
 //! `Lambda(v) = (sqrt(1 + 1 / v^2) - 1) / 2`, `v = cot theta / alpha(phi)`; `G = 1 / (1 + Lambda_i + Lambda_o)`.
 //! The rms slope is infinite: alpha here is not that of a measured Gaussian surface.
@@ -16,11 +17,13 @@
 //!
 //! Sampling: visible normals, pdf `G1 D / (4 cos_theta_i)`, weight `R (1 + Lambda_i) G <= R`.
 //!
+//! Picture: `asperity lobe ggx:alpha=0.05,n=1.5 ggx:alpha=0.2,n=1.5 --theta-i 20,60,80 -o ggx.svg`
+//!
 //! Sources: Trowbridge and Reitz 1975; Walter et al., EGSR 2007, equations 33-34; sampling: Dupuy and Benyoub,
 //! Sampling visible GGX normals with spherical caps, Computer Graphics Forum 42(8), 2023.
 
 use super::beckmann::ROUGH_INTERFACE;
-use super::microfacet::{Microfacet, Shape};
+use super::microfacet::{Microfacet, SHADOWING, Shadowing, Shape};
 use super::registry::Entry;
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, TAU};
@@ -31,11 +34,16 @@ pub static ENTRY: Entry = Entry {
     summary: "rough interface with long-tailed slopes (Trowbridge-Reitz)",
     formula: "f_r = R D G / (4 cos_theta_i cos_theta_r), D = alpha^2 / (pi ((alpha^2 - 1) cos^2 + 1)^2)",
     parameters: ROUGH_INTERFACE,
+    words: &[SHADOWING],
     interface: true,
-    energy: "albedo <= R; multiple scattering is lost",
+    exceeds_one: true,
+    energy: "albedo <= R, multiple scattering is lost; with shadowing=none it exceeds 1 at grazing",
     source: "Trowbridge and Reitz 1975; Walter et al. 2007; Heitz 2014",
     example: "ggx:alpha=0.1,n=1.5",
-    build: |a| Ok(Box::new(Ggx::new(a.alpha()?, a.material()?))),
+    build: |v| {
+        let shadowing = Shadowing::named(v.word("shadowing"));
+        Ok(Box::new(Ggx::new(v.alpha()?, v.material()?).with_shadowing(shadowing)))
+    },
     ..Entry::PLAIN
 };
 
@@ -63,6 +71,11 @@ impl Shape for GgxSlopes {
         // (sqrt(1 + x) - 1) / 2 without cancellation at small x.
         let x = 1.0 / (v * v);
         if x.is_finite() { 0.5 * x / ((1.0 + x).sqrt() + 1.0) } else { f64::INFINITY }
+    }
+
+    fn share_below(v: f64) -> f64 {
+        // The slopes along one axis have density 1 / (2 (1 + x^2)^1.5).
+        if v.is_finite() { 0.5 + 0.5 * v / (1.0 + v * v).sqrt() } else { 1.0 }
     }
 
     fn sample_normal(alpha: [f64; 2], wi: DVec3, u: [f64; 2]) -> DVec3 {

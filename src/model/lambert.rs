@@ -10,6 +10,8 @@
 //!
 //! Sampling: cosine, `pdf = cos theta_r / pi`, weight `rho`.
 //!
+//! Picture: `asperity lobe lambert:rho=0.5 -o lambert.svg`
+//!
 //! Source: J. H. Lambert, Photometria, 1760.
 
 use super::parameter::Parameter;

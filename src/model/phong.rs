@@ -1,25 +1,32 @@
-//! Modified Phong: a power of the cosine about the mirror direction, in the reciprocal form.
+//! Phong: a power of the cosine about the mirror direction, over a diffuse floor.
 //!
-//! `f_r = rho_d / pi + rho_s (n + 2) / (2 pi) max(0, r . wo)^n`, `r` the mirror direction of `wi`
+//! `f_r = rho_d / pi + rho_s (n + 2) / (2 pi) max(0, r . wo)^n`, `r` the mirror direction of `wi` (form `modified`)
+//!
+//! `f_r = rho_d / pi + rho_s (n + 1) / (2 pi) max(0, r . wo)^n / cos_theta_i` (form `original`)
 //!
 //! | parameter | meaning | unit | range |
 //! |---|---|---|---|
-//! | `rho_s` | albedo of the lobe at normal incidence | | 0 to 1 |
+//! | `rho_s` | albedo of the lobe at normal incidence (of a sharp one, in the original form) | | 0 to 1 |
 //! | `exponent` | n; as wide as Beckmann at n = 1 / (2 alpha^2) | | 1 to 1e6 |
 //! | `rho_d` | albedo of the diffuse floor, default 0 | | 0 to 1 - rho_s |
+//! | `form` | `modified` or `original` | | |
 //!
-//! Energy: albedo at most `rho_d + rho_s`, equal at normal incidence; for large n the lobe's is `rho_s cos_theta_i`,
-//! so it darkens towards grazing where real gloss brightens. Reciprocal. Not Phong's original, which divides by
-//! `cos_theta_i` and gains energy.
+//! Energy, modified: albedo at most `rho_d + rho_s`, equal at normal incidence; for large n the lobe's is `rho_s
+//! cos_theta_i`, so it darkens towards grazing where real gloss brightens. Reciprocal.
 //!
-//! Sampling: `cos a = u^(1 / (n + 1))` about r, pdf `(n + 1) / (2 pi) cos^n a`,
-//! weight `rho_s (n + 2) / (n + 1) cos_theta_r`.
+//! Energy, original: Phong set the radiance itself to `cos^n`, so the BRDF divides by `cos_theta_i`: not reciprocal, and
+//! the lobe's albedo grows to 2.8 rho_s at 89 deg (n = 100).
+//!
+//! Sampling: `cos a = u^(1 / (n + 1))` about r, pdf `(n + 1) / (2 pi) cos^n a`; weight `rho_s (n + 2) / (n + 1)
+//! cos_theta_r`, original `rho_s cos_theta_r / cos_theta_i`.
+//!
+//! Picture: `asperity lobe phong:rho_s=0.5,exponent=20 phong:rho_s=0.5,exponent=20,form=original -o phong.svg`
 //!
 //! Sources: Phong, CACM 18(6), 1975; Lewis, EGWR 1993; Lafortune and Willems, Report CW 197, 1994.
 
 use super::albedo::{AlbedoTable, ray_average};
 use super::floor::WithFloor;
-use super::parameter::Parameter;
+use super::parameter::{Parameter, Word};
 use super::registry::Entry;
 use crate::math::frame::tangents;
 use crate::optics::{Brdf, BrdfSample};
@@ -30,35 +37,42 @@ use std::sync::OnceLock;
 /// Registry line.
 pub static ENTRY: Entry = Entry {
     name: "phong",
-    summary: "power-of-cosine lobe over a diffuse floor (modified, reciprocal form)",
-    formula: "f_r = rho_d/pi + rho_s (n+2)/(2 pi) max(0, r.wo)^n",
+    summary: "power-of-cosine lobe over a diffuse floor",
+    formula: "f_r = rho_d/pi + rho_s (n+2)/(2 pi) max(0, r.wo)^n; original: (n+1)/(2 pi) .../cos_theta_i",
     parameters: &[
         Parameter::number("rho_s", "albedo of the lobe at normal incidence", 0.0, 1.0),
         Parameter::number("exponent", "sharpness n", 1.0, 1e6).decades(2.0, 1e4),
         Parameter::number("rho_d", "albedo of the diffuse floor", 0.0, 1.0).or(0.0),
     ],
-    energy: "albedo <= rho_d + rho_s; the lobe falls as cos_theta_i",
+    words: &[Word { name: "form", meaning: "reciprocal form, or Phong's own", options: &["modified", "original"] }],
+    not_reciprocal: Some("original"),
+    exceeds_one: true,
+    energy: "modified: albedo <= rho_d + rho_s, falls as cos_theta_i; original: grows beyond 1 towards grazing",
     source: "Phong 1975; Lewis 1993; Lafortune and Willems 1994",
     example: "phong:rho_s=0.04,exponent=1000",
-    build: |a| {
-        let [rho_d, rho_s] = a.floor_and_lobe()?;
-        Ok(Box::new(WithFloor::new(rho_d, rho_s, Phong::new(rho_s, a.required("exponent")?))))
+    build: |v| {
+        let [rho_d, rho_s] = v.floor_and_lobe()?;
+        let original = v.word("form") == Some("original");
+        Ok(Box::new(WithFloor::new(rho_d, rho_s, Phong::new(rho_s, v.required("exponent")?, original))))
     },
     ..Entry::PLAIN
 };
 
-/// `f_r = rho_s (n + 2) / (2 pi) max(0, r . wo)^n` [1/sr].
+/// `f_r = rho_s (n + 2) / (2 pi) max(0, r . wo)^n` [1/sr], or the original form.
 #[derive(Debug, Clone)]
 pub struct Phong {
-    rho_s: f64,
     exponent: f64,
+    original: bool,
+    /// Factor of `cos^n a`, without the original's `1 / cos_theta_i`.
+    scale: f64,
     albedo: OnceLock<AlbedoTable>,
 }
 
 impl Phong {
-    /// Lobe of albedo `rho_s` at normal incidence and the given exponent, 1 or more.
-    pub fn new(rho_s: f64, exponent: f64) -> Self {
-        Phong { rho_s, exponent, albedo: OnceLock::new() }
+    /// Lobe of strength `rho_s` and the given exponent, 1 or more, in the modified or the original form.
+    pub fn new(rho_s: f64, exponent: f64, original: bool) -> Self {
+        let scale = rho_s * (exponent + if original { 1.0 } else { 2.0 }) / TAU;
+        Phong { exponent, original, scale, albedo: OnceLock::new() }
     }
 
     /// `cos^n a` about the mirror direction; 0 behind it or below the surface.
@@ -69,9 +83,14 @@ impl Phong {
         mirror(wi).dot(wo).clamp(0.0, 1.0).powf(self.exponent)
     }
 
-    /// `1 - cos a` of the share `1 - u` of the lobe, without cancellation at large n.
-    fn versine(&self, u: f64) -> f64 {
-        -((1.0 - u).ln() / (self.exponent + 1.0)).exp_m1()
+    /// Factor of `cos^n a` for `wi`.
+    fn strength(&self, wi: DVec3) -> f64 {
+        if self.original { self.scale / wi.z.max(1e-9) } else { self.scale }
+    }
+
+    /// `f_r cos_theta_r / pdf` over `cos_theta_r`.
+    fn weight(&self, wi: DVec3) -> f64 {
+        self.strength(wi) * TAU / (self.exponent + 1.0)
     }
 }
 
@@ -79,23 +98,30 @@ fn mirror(wi: DVec3) -> DVec3 {
     DVec3::new(-wi.x, -wi.y, wi.z)
 }
 
+/// `1 - cos a` of the share `u` of a lobe `cos^n a`, without cancellation at large n.
+fn versine(exponent: f64, u: f64) -> f64 {
+    -((1.0 - u).ln() / (exponent + 1.0)).exp_m1()
+}
+
+/// A direction about the unit vector `axis` with density `(n + 1) / (2 pi) cos^n a`.
+pub fn about_axis(axis: DVec3, exponent: f64, u: [f64; 2]) -> DVec3 {
+    let versine = versine(exponent, u[0]);
+    let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
+    let (s, c) = (TAU * u[1]).sin_cos();
+    let (t, b) = tangents(axis);
+    (sin * c * t + sin * s * b + (1.0 - versine) * axis).normalize()
+}
+
 impl Brdf for Phong {
     fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
-        self.rho_s * (self.exponent + 2.0) / TAU * self.lobe(wi, wo)
+        let lobe = self.lobe(wi, wo);
+        if lobe > 0.0 { self.strength(wi) * lobe } else { 0.0 }
     }
 
     fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
-        let versine = self.versine(u[0]);
-        let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
-        let (s, c) = (TAU * u[1]).sin_cos();
-        let r = mirror(wi);
-        let (t, b) = tangents(r);
-        let wo = (sin * c * t + sin * s * b + (1.0 - versine) * r).normalize();
-        if wi.z <= 0.0 || wo.z <= 0.0 {
-            return None;
-        }
-        let weight = self.rho_s * (self.exponent + 2.0) / (self.exponent + 1.0) * wo.z;
-        Some(BrdfSample { wo, weight, pdf: self.pdf(wi, wo), specular: false })
+        let wo = about_axis(mirror(wi), self.exponent, u);
+        let pdf = self.pdf(wi, wo);
+        (pdf > 0.0).then(|| BrdfSample { wo, weight: self.weight(wi) * wo.z, pdf, specular: false })
     }
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
@@ -103,8 +129,10 @@ impl Brdf for Phong {
     }
 
     fn albedo(&self, theta_i: f64) -> f64 {
-        let scale = self.rho_s * (self.exponent + 2.0) / (self.exponent + 1.0);
-        let table = || AlbedoTable::new(1, |wi| scale * ray_average(mirror(wi), |u| self.versine(u)));
-        self.albedo.get_or_init(table).at(theta_i)
+        // The original's 1 / cos_theta_i is kept out of the table.
+        let scale = self.scale * TAU / (self.exponent + 1.0);
+        let integrate = |wi| scale * ray_average(mirror(wi), |u| versine(self.exponent, u));
+        let smooth = self.albedo.get_or_init(|| AlbedoTable::new(1, integrate)).at(theta_i);
+        if self.original { smooth / theta_i.cos().max(1e-4) } else { smooth }
     }
 }

@@ -3,6 +3,8 @@
 
 use super::MODELS;
 use super::definition::{Definition, Values};
+use super::layered::{self, Layered};
+use super::library;
 use super::parameter::{Parameter, Word};
 use crate::error::{Error, Result};
 use crate::optics::Brdf;
@@ -23,8 +25,8 @@ pub struct Entry {
     pub interface: bool,
     /// Whether the wavelength enters the formula itself.
     pub wave: bool,
-    /// Whether `f_r(wi, wo) = f_r(wo, wi)` for every parameter and form.
-    pub reciprocal: bool,
+    /// The `form` for which `f_r(wi, wo)` is not `f_r(wo, wi)`; in every other it is.
+    pub not_reciprocal: Option<&'static str>,
     /// Whether some parameters reflect more than is received; `bounded=true` mends it.
     pub exceeds_one: bool,
     /// What is known about `albedo <= 1`.
@@ -54,7 +56,7 @@ impl Entry {
         words: &[],
         interface: false,
         wave: false,
-        reciprocal: true,
+        not_reciprocal: None,
         exceeds_one: false,
         energy: "",
         source: "",
@@ -83,9 +85,9 @@ impl Entry {
     }
 }
 
-/// Whether `text` starts with the name of a model, so that it is not the name of a file.
+/// Whether `text` starts with the name of a model, is layered or a material, so that it is not the name of a file.
 pub fn is_model(text: &str) -> bool {
-    find(text).is_some()
+    find(text).is_some() || layered::split(text).is_some() || library::name_in(text).is_some()
 }
 
 fn find(text: &str) -> Option<&'static Entry> {
@@ -107,13 +109,33 @@ pub fn entry(text: &str) -> Result<&'static Entry> {
     })
 }
 
-/// Builds the model written as `name:key=value,...`; `wavelength` \[m\] selects the index of a named material and enters
-/// wave optics, unless the text has a `wavelength` of its own.
+/// Builds the model written as `name:key=value,...`, `layered:COAT,over=BASE` or `material:NAME`; `wavelength` \[m\] selects
+/// the index of a named interface, the band of a material and enters wave optics, unless the text has a `wavelength` of its
+/// own. Colour asks once per wavelength.
 ///
 /// # Errors
-/// `Error::Parameter` naming the model, the parameter, its range, and an example that works.
+/// `Error::Parameter` naming the model, the parameter, its range, and an example that works; `Error::Content` naming the
+/// file of a faulty material.
 pub fn parse(text: &str, wavelength: f64) -> Result<Box<dyn Brdf>> {
-    Definition::parse(text)?.build(wavelength)
+    parse_with(text, &|part| match library::name_in(part) {
+        Some(name) => library::find(name)?.at(wavelength),
+        None => Definition::parse(part)?.build(wavelength),
+    })
+}
+
+/// Takes `layered:COAT,over=BASE` apart and builds every part by `build`, so that a layer may be a table or a file.
+///
+/// # Errors
+/// `Error::Parameter` if a layer is missing; those of `build`.
+pub fn parse_with(text: &str, build: &dyn Fn(&str) -> Result<Box<dyn Brdf>>) -> Result<Box<dyn Brdf>> {
+    let Some((coat, base)) = layered::split(text) else { return build(text) };
+    if coat.is_empty() || base.is_empty() {
+        return Err(Error::parameter(
+            format!("`{text}` has no {}", if coat.is_empty() { "coat" } else { "base" }),
+            "write layered:COAT,over=BASE, for example layered:ggx:alpha=0.05,n=1.5,over=lambert:rho=0.4",
+        ));
+    }
+    Ok(Box::new(Layered::new(build(coat)?, parse_with(base, build)?)))
 }
 
 #[cfg(test)]

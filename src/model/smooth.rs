@@ -13,6 +13,8 @@
 //!
 //! Sampling: the one mirror direction, weight R.
 //!
+//! Picture: none, the core is a delta; `asperity gloss dielectric:n=1.5` reads it.
+//!
 //! Source: Fresnel; Born and Wolf, sections 1.5.2, 14.2.
 
 use super::parameter::Parameter;

@@ -39,7 +39,7 @@ pub fn table(name: &str) -> Option<Table> {
         return None;
     };
     let split = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
-    let mut lines = text.lines();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let columns = split(lines.next().unwrap_or_default());
     Some(Table { columns, lines: lines.map(split).collect() })
 }

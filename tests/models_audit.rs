@@ -1,0 +1,276 @@
+//! Every model, every form, at random parameters over its usual range: reciprocity as documented, samples against the
+//! pdf, weights, and the albedo against the model's own draws.
+
+use asperity::math::quadrature::gauss_legendre;
+use asperity::math::statistics::chi_square_test;
+use asperity::math::{direction, random::CounterRng};
+use asperity::model::{Absent, Definition, Entry, MODELS};
+use asperity::optics::Brdf;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+const WAVELENGTH: f64 = 550e-9;
+
+/// `trials` definitions of every form of `entry` with parameters drawn from their usual ranges; every third of a model that
+/// can be brushed is.
+fn definitions(entry: &'static Entry, trials: u64) -> Vec<Definition> {
+    let mut forms = vec![entry.name.to_owned()];
+    for word in entry.words.iter().filter(|w| !w.options.is_empty()) {
+        let extend = |start: &String| {
+            let mark = if start.contains(':') { ',' } else { ':' };
+            word.options.iter().map(move |option| format!("{start}{mark}{}={option}", word.name)).collect::<Vec<_>>()
+        };
+        forms = forms.iter().flat_map(extend).collect();
+    }
+    let mut all = Vec::new();
+    for (number, form) in forms.iter().enumerate() {
+        // The later forms differ in one factor only.
+        for trial in 0..if number == 0 { trials } else { trials.min(2) } {
+            let name = entry.name.bytes().fold(number as u64, |h, b| h.wrapping_mul(31).wrapping_add(u64::from(b)));
+            let mut rng = CounterRng::new(3, name as u32, trial);
+            let brushed = trial % 3 == 2;
+            let replaced: Vec<&str> = entry
+                .parameters
+                .iter()
+                .filter_map(|p| if let Absent::Said(name) = p.absent { Some(name) } else { None })
+                .collect();
+            let mut definition = Definition::parse(form).unwrap();
+            for p in entry.parameters {
+                // Further lobes and absorption on every second trial.
+                let wanted = match p.absent {
+                    Absent::Refused | Absent::Is(_) => !(brushed && replaced.contains(&p.name)),
+                    Absent::Said(name) => {
+                        brushed && entry.parameters.iter().any(|q| q.name == name && q.absent == Absent::Refused)
+                    }
+                    Absent::Fine => trial % 2 == 1 && p.name != "rho_s",
+                };
+                let value = p.usual_at(rng.uniform());
+                if wanted {
+                    // A floor and a lobe share what there is.
+                    let value = if ["rho_d", "rho_s"].contains(&p.name) { 0.5 * value } else { value };
+                    definition.set(p.name, value).unwrap();
+                }
+            }
+            all.push(definition);
+        }
+    }
+    all
+}
+
+fn every_definition(trials: u64) -> impl Iterator<Item = (Definition, Box<dyn Brdf>)> {
+    MODELS.iter().flat_map(move |entry| definitions(entry, trials)).map(|definition| {
+        let brdf = definition.build(WAVELENGTH).unwrap_or_else(|e| panic!("{definition}: {e}"));
+        (definition, brdf)
+    })
+}
+
+#[test]
+fn reciprocal_as_documented_non_negative_and_dark_below_the_horizon() {
+    for (definition, brdf) in every_definition(6) {
+        let mut rng = CounterRng::new(11, 0, 0);
+        let mut asymmetry = 0.0f64;
+        for _ in 0..500 {
+            let mut draw = || direction(1.57 * rng.uniform(), TAU * rng.uniform());
+            let (i, o) = (draw(), draw());
+            let (f, g) = (brdf.eval(i, o), brdf.eval(o, i));
+            assert!(f >= 0.0 && f.is_finite(), "{definition}: {f}");
+            if f.max(g) > 1e-250 {
+                asymmetry = asymmetry.max((f - g).abs() / f.max(g));
+            }
+            let below = DVec3::new(o.x, o.y, -o.z);
+            assert_eq!((brdf.eval(i, below), brdf.eval(below, i)), (0.0, 0.0), "{definition}");
+            assert_eq!((brdf.pdf(i, below), brdf.pdf(below, i)), (0.0, 0.0), "{definition}");
+            assert!(brdf.sample(below, [rng.uniform(), rng.uniform()]).is_none(), "{definition}");
+        }
+        for edge in [DVec3::X, DVec3::Y] {
+            assert_eq!(brdf.eval(edge, DVec3::Z) + brdf.eval(DVec3::Z, edge), 0.0, "{definition}");
+        }
+        if definition.is_reciprocal() {
+            assert!(asymmetry < 1e-8, "{definition}: {asymmetry:e}");
+        } else {
+            // A documented offender that does not offend is documented wrongly.
+            assert!(asymmetry > 1e-3, "{definition}: {asymmetry:e}");
+        }
+    }
+}
+
+/// Cos theta from-to, phi from-to.
+type Cell = [f64; 4];
+
+fn quarters([z0, z1, p0, p1]: Cell) -> [Cell; 4] {
+    let (z, p) = (0.5 * (z0 + z1), 0.5 * (p0 + p1));
+    [[z0, z, p0, p], [z0, z, p, p1], [z, z1, p0, p], [z, z1, p, p1]]
+}
+
+/// Cells of about equal shares of the points, each with its points: a quadtree over cos theta and phi.
+fn cells(cell: Cell, points: Vec<[f64; 2]>, most: usize, depth: usize, leaves: &mut Vec<(Cell, Vec<[f64; 2]>)>) {
+    // Two levels everywhere, so that the empty part of the hemisphere is tested too.
+    if depth >= 2 && (points.len() <= most || depth > 24) {
+        leaves.push((cell, points));
+        return;
+    }
+    for quarter in quarters(cell) {
+        let within = points.iter().copied().filter(|q| inside(quarter, *q)).collect();
+        cells(quarter, within, most, depth + 1, leaves);
+    }
+}
+
+fn inside([z0, z1, p0, p1]: Cell, [z, p]: [f64; 2]) -> bool {
+    z >= z0 && (z < z1 || z1 == 1.0) && p >= p0 && p < p1
+}
+
+/// Integral of the pdf over a cell: quartered while many points are in it, so that no lobe falls between the nodes, and
+/// then until two orders agree.
+fn mass(
+    brdf: &dyn Brdf,
+    wi: DVec3,
+    cell: Cell,
+    points: &[[f64; 2]],
+    rules: &[Vec<(f64, f64)>; 2],
+    depth: usize,
+) -> f64 {
+    let [z0, z1, p0, p1] = cell;
+    let integrate = |rule: &[(f64, f64)]| {
+        let mut sum = 0.0;
+        for &(a, wa) in rule {
+            let z = z0 + 0.5 * (a + 1.0) * (z1 - z0);
+            let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+            for &(b, wb) in rule {
+                let p = p0 + 0.5 * (b + 1.0) * (p1 - p0);
+                sum += wa * wb * brdf.pdf(wi, DVec3::new(r * p.cos(), r * p.sin(), z));
+            }
+        }
+        0.25 * sum * (z1 - z0) * (p1 - p0)
+    };
+    if points.len() <= 16 || depth == 0 {
+        let (coarse, fine) = (integrate(&rules[0]), integrate(&rules[1]));
+        if (coarse - fine).abs() < 2e-6 + 1e-3 * fine || depth == 0 {
+            return fine;
+        }
+    }
+    let within = |q: Cell| points.iter().copied().filter(|p| inside(q, *p)).collect::<Vec<_>>();
+    quarters(cell).iter().map(|&q| mass(brdf, wi, q, &within(q), rules, depth - 1)).sum()
+}
+
+/// Half of the draws shape the cells, the other half are counted in them; draws that are lost and draws of the specular
+/// core are cells of their own.
+#[test]
+fn samplers_draw_what_their_pdfs_say() {
+    const DRAWS: usize = 5_000;
+    let rules = [gauss_legendre(5), gauss_legendre(7)];
+    let all: Vec<_> = every_definition(3).enumerate().collect();
+    all.par_iter().for_each(|(number, (definition, brdf))| {
+        for (theta, phi) in [(0.0, 0.0), (40.0f64, 25.0f64), (77.0, 200.0)] {
+            let wi = direction(theta.to_radians(), phi.to_radians());
+            let mut rng = CounterRng::new(5, *number as u32, theta as u64);
+            let (mut shaping, mut counted) = (Vec::new(), Vec::new());
+            let (mut sum, mut squares, mut core, mut lost) = (0.0, 0.0, 0.0, 0.0);
+            for k in 0..2 * DRAWS {
+                let Some(s) = brdf.sample(wi, [rng.uniform(), rng.uniform()]) else {
+                    lost += f64::from(u8::from(k >= DRAWS));
+                    continue;
+                };
+                sum += s.weight;
+                squares += s.weight * s.weight;
+                if s.specular {
+                    assert!(s.pdf.is_infinite() && s.weight >= 0.0);
+                    core += f64::from(u8::from(k >= DRAWS));
+                    continue;
+                }
+                assert!(s.wo.z > 0.0 && (s.wo.length() - 1.0).abs() < 1e-12, "{definition}");
+                if k < 1000 {
+                    let (pdf, f) = (brdf.pdf(wi, s.wo), brdf.eval(wi, s.wo));
+                    assert!((s.pdf / pdf - 1.0).abs() < 1e-6, "{definition} at {theta}: pdf {} {pdf}", s.pdf);
+                    let energy = f * s.wo.z;
+                    let error = (s.weight * pdf - energy).abs();
+                    assert!(error <= 1e-6 * energy + 1e-12, "{definition} at {theta}: {} {energy}", s.weight * pdf);
+                }
+                let point = [s.wo.z, asperity::math::frame::phi(s.wo)];
+                if k < DRAWS { shaping.push(point) } else { counted.push(point) }
+            }
+            let mut leaves = Vec::new();
+            cells([0.0, 1.0, 0.0, TAU], shaping, DRAWS / 60, 0, &mut leaves);
+            let mut counts = vec![0.0; leaves.len()];
+            for point in &counted {
+                let leaf = leaves.iter().position(|(cell, _)| inside(*cell, *point));
+                counts[leaf.expect("the cells tile the hemisphere")] += 1.0;
+            }
+            let masses: Vec<f64> =
+                leaves.iter().map(|(cell, points)| mass(brdf.as_ref(), wi, *cell, points, &rules, 12)).collect();
+            let kept: f64 = masses.iter().sum();
+            assert!(kept <= 1.0 + 1e-3, "{definition} at {theta}: the pdf integrates to {kept}");
+            let mut expected: Vec<f64> = masses.iter().map(|m| m * DRAWS as f64).collect();
+            counts.push(core + lost);
+            expected.push((1.0 - kept).max(0.0) * DRAWS as f64);
+            let (chi2, dof, p) = chi_square_test(&counts, &expected, 20.0);
+            assert!(p > 1e-4, "{definition} at {theta} deg: chi2 {chi2:.1}, {dof} degrees of freedom, p {p:.1e}");
+            // The albedo of a brushed surface is a mean over azimuth.
+            let brushed = entry_is_brushed(definition);
+            if !brushed {
+                let n = 2.0 * DRAWS as f64;
+                let mean = sum / n;
+                let error = ((squares / n - mean * mean).max(0.0) / n).sqrt();
+                let albedo = brdf.albedo(theta.to_radians());
+                let allowed = 4.0 * error + 1e-3 * (1.0 + albedo);
+                assert!((mean - albedo).abs() < allowed, "{definition} at {theta}: {mean} +- {error}, albedo {albedo}");
+            }
+        }
+    });
+}
+
+fn entry_is_brushed(definition: &Definition) -> bool {
+    ["alpha_x", "c_x"].iter().any(|key| definition.get(key).is_some()) || definition.entry().name == "poulin-fournier"
+}
+
+/// The corners of the unit square and grazing light give numbers, never NaN.
+#[test]
+fn extreme_draws() {
+    for (definition, brdf) in every_definition(3) {
+        for theta in [0.0, 1e-9, 45.0, 89.9, 89.9999999f64] {
+            let wi = direction(theta.to_radians(), 0.6);
+            for u in [0.0, 1e-300, 0.25, 0.5, 1.0 - 1e-10, 1.0 - f64::EPSILON / 2.0] {
+                for v in [0.0, 0.5, 1.0 - f64::EPSILON / 2.0] {
+                    let Some(s) = brdf.sample(wi, [u, v]) else { continue };
+                    let fine = s.weight.is_finite() && s.weight >= 0.0 && s.pdf > 0.0;
+                    assert!(fine, "{definition} {theta} {u} {v}: {s:?}");
+                }
+            }
+            for o in [0.0, 30.0, 89.9999999f64] {
+                for phi in [0.6, 2.0, 0.6 + TAU / 2.0] {
+                    let wo = direction(o.to_radians(), phi);
+                    let (f, pdf) = (brdf.eval(wi, wo), brdf.pdf(wi, wo));
+                    assert!(
+                        f.is_finite() && f >= 0.0 && pdf.is_finite() && pdf >= 0.0,
+                        "{definition} {theta} {o} {phi}: {f} {pdf}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Whatever the parameters, `bounded=true` keeps the albedo at or below 1; models that say they conserve energy do so on
+/// their own.
+#[test]
+fn energy_as_documented_and_bounded_on_request() {
+    let all: Vec<_> = every_definition(3).collect();
+    all.into_par_iter().for_each(|(mut definition, brdf)| {
+        let angles = [0.0, 30.0, 60.0, 75.0, 85.0, 88.0, 89.5f64];
+        let largest = angles.iter().map(|a| brdf.albedo(a.to_radians())).fold(0.0, f64::max);
+        assert!(largest.is_finite(), "{definition}");
+        assert!(definition.entry().exceeds_one || largest <= 1.0 + 2e-3, "{definition}: {largest}");
+        if largest > 1.0 && !entry_is_brushed(&definition) {
+            definition.set_bounded(true);
+            let bounded = definition.build(WAVELENGTH).unwrap();
+            for a in angles {
+                let e = bounded.albedo(a.to_radians());
+                assert!(e <= 1.0 + 2e-3, "{definition} at {a}: {e}");
+            }
+            let (i, o) = (direction(1.5, 0.3), direction(1.2, 3.0));
+            let (f, g) = (bounded.eval(i, o), bounded.eval(o, i));
+            assert!((f - g).abs() <= 1e-9 * f || !definition.is_reciprocal());
+            assert!(bounded.eval(i, o) <= brdf.eval(i, o));
+        }
+    });
+}
