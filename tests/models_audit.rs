@@ -16,6 +16,13 @@ const WAVELENGTH: f64 = 550e-9;
 /// can be brushed is.
 fn definitions(entry: &'static Entry, trials: u64) -> Vec<Definition> {
     let mut forms = vec![entry.name.to_owned()];
+    // Free text, such as a scan, is that of the example.
+    let example = Definition::parse(entry.example).unwrap();
+    for word in entry.words.iter().filter(|w| w.options.is_empty()) {
+        if let Some(text) = example.word(word.name) {
+            forms = vec![format!("{}:{}={text}", entry.name, word.name)];
+        }
+    }
     for word in entry.words.iter().filter(|w| !w.options.is_empty()) {
         let extend = |start: &String| {
             let mark = if start.contains(':') { ',' } else { ':' };

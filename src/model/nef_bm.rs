@@ -4,10 +4,10 @@
 //!
 //! | parameter | meaning | unit | range |
 //! |---|---|---|---|
-//! | `distribution` | `cauchy` (default), `gaussian`, or `scan` for a tabulated zero-bistatic scan | | |
+//! | `distribution` | `cauchy` (default) or `gaussian` | | |
 //! | `sigma` | width of the facet slopes | | 0.001 to 2 |
 //! | `bias` | B, factor of the law; default: projected facet area 1 | | 1e-6 to 100 |
-//! | `scan` | the scan, see [`super::beard_maxwell`] | | with `distribution=scan` |
+//! | `scan` | instead of a law: a tabulated zero-bistatic scan, see [`super::beard_maxwell`] | | |
 //! | `n`, `k`, `material`, `tau`, `omega`, `rho_D`, `rho_V` | see [`super::beard_maxwell`] | | |
 //!
 //! Cauchy: `Xi = B / (cos_theta_h (sigma^2 + tan^2 theta_h))`; its projected area is 1 at
@@ -46,7 +46,7 @@ pub static ENTRY: Entry = Entry {
         RHO_V,
     ],
     words: &[
-        Word { name: "distribution", meaning: "law of the facet normals", options: &["cauchy", "gaussian", "scan"] },
+        Word { name: "distribution", meaning: "law of the facet normals", options: &["cauchy", "gaussian"] },
         SCAN,
     ],
     interface: true,
@@ -56,20 +56,22 @@ pub static ENTRY: Entry = Entry {
     example: "nef-bm:sigma=0.05,n=1.5,tau=15deg,omega=40deg,rho_D=0.05,rho_V=0.01",
     build: |a| {
         let material = a.material()?;
-        let sigma = || a.required("sigma");
-        let normals = match a.word("distribution") {
-            Some("gaussian") => FacetNormals::Gaussian { sigma: sigma()?, bias: a.get("bias").unwrap_or(1.0) },
-            Some("scan") => {
+        let normals = match (a.word("scan"), a.get("sigma")) {
+            (Some(_), Some(_)) => return Err(a.error("give either `sigma` or `scan`, not both")),
+            (Some(scan), None) => {
                 let normal_reflectance = material.reflectance(1.0);
                 if normal_reflectance <= 0.0 {
                     return Err(a.error("a material that reflects nothing at normal incidence has no facets to count"));
                 }
-                let scan = a.word("scan").ok_or_else(|| a.error("`scan` is missing"))?;
                 FacetNormals::Scan { scan: ZeroBistatic::parse(scan)?, normal_reflectance }
             }
-            _ => {
-                let sigma = sigma()?;
-                FacetNormals::Cauchy { sigma, bias: a.get("bias").unwrap_or_else(|| cauchy_bias(sigma)) }
+            (None, _) => {
+                let (sigma, bias) = (a.required("sigma")?, a.get("bias"));
+                if a.word("distribution") == Some("gaussian") {
+                    FacetNormals::Gaussian { sigma, bias: bias.unwrap_or(1.0) }
+                } else {
+                    FacetNormals::Cauchy { sigma, bias: bias.unwrap_or_else(|| cauchy_bias(sigma)) }
+                }
             }
         };
         let shadowing = Shadowing { tau: a.required("tau")?, omega: a.required("omega")? };

@@ -286,8 +286,7 @@ impl Protocol<'_> {
             FacetNormals::Scan { scan, .. } => {
                 let item = |p: &(f64, f64)| format!("{:.4}:{:.6e}", p.0.to_degrees(), p.1);
                 let items: Vec<String> = scan.points().iter().map(item).collect();
-                // The law needs no width; the model's reader wants none.
-                format!("nef-bm:distribution=scan,scan={}", items.join(";"))
+                format!("nef-bm:scan={}", items.join(";"))
             }
         })?;
         let mut parameters = Vec::new();

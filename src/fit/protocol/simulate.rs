@@ -81,7 +81,6 @@ fn material_of(planted: &Definition) -> Result<Material> {
     let bias = planted.get("bias");
     let normals = match planted.word("distribution") {
         Some("gaussian") => FacetNormals::Gaussian { sigma, bias: bias.unwrap_or(1.0) },
-        Some("scan") => return Err(bad("a tabulated scan cannot be simulated: give sigma".to_owned())),
         _ => FacetNormals::Cauchy { sigma, bias: bias.unwrap_or_else(|| cauchy_bias(sigma)) },
     };
     Ok(Material {
