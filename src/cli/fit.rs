@@ -10,7 +10,7 @@ use super::source::{Source, file_name};
 use crate::chart::fit_page;
 use crate::columns::Columns;
 use crate::error::Error;
-use crate::fit::{Design, Family, Fitted, Observations, Options, Residual, Search, Weights, fit};
+use crate::fit::{Design, Family, Fitted, Observations, Options, Residual, Search, Weights, errors_from_repeats, fit};
 use crate::math::Estimate;
 use crate::model::{Definition, Parameter};
 use crate::optics::Brdf;
@@ -102,7 +102,14 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         error_floor: a.error_floor.max(0.0),
         search: Search { starts: a.starts.max(1), ..suited.search },
     };
-    let found = fit(&family, &data, &options)?;
+    let mut found = fit(&family, &data, &options)?;
+    // The error bars of one map are the same in all directions: what its sub-areas say counts.
+    let repeats = source.as_ref().map_or_else(Vec::new, |s| subareas(s, &data));
+    if repeats.len() >= FEWEST_SUBAREAS {
+        let errors = errors_from_repeats(&family, &found, &repeats, &options);
+        found.parameters.iter_mut().zip(errors).for_each(|(p, e)| p.standard_error = e);
+    }
+    let error_source = if repeats.len() >= FEWEST_SUBAREAS { "sub-areas" } else { "covariance" };
     let fitted = with_values(&definition, &found)?;
     let model = fitted.build(a.scatter.wavelength())?;
     for warning in &found.warnings {
@@ -110,7 +117,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     }
     if let Some(path) = &a.output {
         let page = || {
-            let notes = notes(&fitted, &found, &options, data.list.len());
+            let notes = notes(&fitted, &found, &options, data.list.len(), error_source);
             let title = format!("{} as {}", file_name(Path::new(text)), fitted.entry().name);
             let brdf = source.as_ref().map(Source::brdf);
             fit_page(&data, brdf, model.as_ref(), &title, &notes)
@@ -131,11 +138,11 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             "source": text, "model": fitted.to_string(), "parameters": parameters, "values": data.list.len(),
             "chi2": found.chi2, "dof": found.dof, "chi2_per_dof": found.chi2_per_dof(),
             "rms_log_error": found.rms_log_error, "residual": format!("{:?}", options.residual).to_lowercase(),
-            "weights": format!("{:?}", options.weights).to_lowercase(),
+            "standard_errors_from": error_source, "weights": format!("{:?}", options.weights).to_lowercase(),
             "warnings": found.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         }));
     }
-    for line in notes(&fitted, &found, &options, data.list.len()) {
+    for line in notes(&fitted, &found, &options, data.list.len(), error_source) {
         println!("{line}");
     }
     Ok(())
@@ -167,6 +174,22 @@ fn observe(a: &Arguments, text: &str) -> anyhow::Result<(Observations, Option<So
     Ok((data, Some(source)))
 }
 
+/// Sub-areas from which a scatter is worth having.
+const FEWEST_SUBAREAS: usize = 4;
+
+/// The same directions on each sub-area of the map behind a table.
+fn subareas(source: &Source, data: &Observations) -> Vec<Observations> {
+    let Some(table) = source.surface().map(|p| p.brdf.table()) else { return Vec::new() };
+    (0..table.subareas())
+        .map(|k| {
+            let part = table.of_subarea(k);
+            let mut repeat = data.clone();
+            repeat.list.iter_mut().for_each(|o| o.f_r.value = part.eval(o.wi, o.wo));
+            repeat
+        })
+        .collect()
+}
+
 /// The definition with everything found.
 fn with_values(definition: &Definition, found: &Fitted) -> crate::Result<Definition> {
     let mut fitted = definition.clone();
@@ -175,7 +198,7 @@ fn with_values(definition: &Definition, found: &Fitted) -> crate::Result<Definit
 }
 
 /// What was found, line by line.
-fn notes(fitted: &Definition, found: &Fitted, options: &Options, values: usize) -> Vec<String> {
+fn notes(fitted: &Definition, found: &Fitted, options: &Options, values: usize, error_source: &str) -> Vec<String> {
     let mut lines = vec![format!("{}: {}", fitted.entry().name, fitted.entry().summary)];
     for p in &found.parameters {
         let parameter = fitted.entry().parameters.iter().find(|q| q.name == p.name);
@@ -194,7 +217,10 @@ fn notes(fitted: &Definition, found: &Fitted, options: &Options, values: usize) 
         Weights::Errors => format!("chi2/dof {:.3}, ", found.chi2_per_dof()),
         _ => String::new(),
     };
-    lines.push(format!("{goodness}rms of ln(model/data) {:.4}; {values} {compared} {counted}", found.rms_log_error));
+    lines.push(format!(
+        "{goodness}rms of ln(model/data) {:.4}; {values} {compared} {counted}; standard errors from {error_source}",
+        found.rms_log_error
+    ));
     lines
 }
 

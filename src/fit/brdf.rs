@@ -8,10 +8,12 @@
 
 use super::family::{Family, Free};
 use super::levenberg::{Minimum, moving_columns, normal_equations};
-use super::observations::Observations;
+use super::observations::{Observation, Observations};
 use super::search::{Search, multi_start};
 use super::warning::Warning;
 use crate::error::{Error, Result};
+use crate::math::Estimate;
+use rayon::prelude::*;
 
 /// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -106,36 +108,9 @@ pub fn fit(family: &Family, data: &Observations, options: &Options) -> Result<Fi
             "give more values, or give some parameters a value",
         ));
     }
-    let peak = data.list.iter().fold(0.0f64, |m, o| m.max(o.f_r.value));
-    let dark = DARK * peak;
-    let total: f64 = data.list.iter().map(|o| o.solid_angle).sum();
-    // Data, error and root of the weight of each value.
-    let rows: Vec<(f64, f64)> = data
-        .list
-        .iter()
-        .map(|o| {
-            let f = o.f_r.value;
-            let scale = match (options.weights, options.residual) {
-                (Weights::Errors, _) => 1.0 / o.f_r.standard_error.hypot(options.error_floor * f).max(dark),
-                (Weights::SolidAngle, Residual::Linear) => (o.solid_angle / total).sqrt() / peak,
-                (Weights::SolidAngle, Residual::Logarithmic) => (o.solid_angle / total).sqrt() / f.max(dark),
-                (Weights::Equal, Residual::Linear) => 1.0 / peak,
-                (Weights::Equal, Residual::Logarithmic) => 1.0 / f.max(dark),
-            };
-            (f, scale)
-        })
-        .collect();
-    let residuals = |u: &[f64]| -> Option<Vec<f64>> {
-        let model = family.model(&family.values(u)).ok()?;
-        let residual = |(o, (f, scale)): (&super::Observation, &(f64, f64))| {
-            let m = model.eval(o.wi, o.wo);
-            match options.residual {
-                Residual::Linear => (m - f) * scale,
-                Residual::Logarithmic => f.max(dark) * (m.max(dark) / f.max(dark)).ln() * scale,
-            }
-        };
-        Some(data.list.iter().zip(&rows).map(residual).collect())
-    };
+    let problem = Problem::new(family, data, options);
+    let dark = problem.dark;
+    let residuals = |u: &[f64]| problem.residuals(u);
     let minima = multi_start(family.free(), &residuals, &options.search);
     let best = minima.first().ok_or_else(|| {
         Error::parameter(
@@ -161,6 +136,79 @@ pub fn fit(family: &Family, data: &Observations, options: &Options) -> Result<Fi
         .map(|((free, value), standard_error)| FittedParameter { name: free.name.clone(), value, standard_error })
         .collect();
     Ok(Fitted { parameters, chi2: best.cost, dof, rms_log_error, warnings })
+}
+
+/// Standard errors from independent repeats of the data, such as the sub-areas of one map, whose errors are the same in
+/// all directions: the scatter of the parameters over the repeats. `None` where `found` has none.
+///
+/// Each repeat descends from what was found; those that cannot are left out.
+pub fn errors_from_repeats(
+    family: &Family,
+    found: &Fitted,
+    repeats: &[Observations],
+    options: &Options,
+) -> Vec<Option<f64>> {
+    let start: Vec<f64> = family.free().iter().zip(&found.parameters).map(|(f, p)| f.coordinate(p.value)).collect();
+    let values: Vec<Vec<f64>> = repeats
+        .par_iter()
+        .filter_map(|data| {
+            let problem = Problem::new(family, data, options);
+            let minimum = options.search.descent.descend(&|u: &[f64]| problem.residuals(u), &start)?;
+            Some(family.values(&minimum.at))
+        })
+        .collect();
+    (found.parameters.iter().enumerate())
+        .map(|(j, p)| {
+            let list: Vec<f64> = values.iter().map(|v| v[j]).collect();
+            p.standard_error.filter(|_| list.len() > 1).map(|_| Estimate::from_repeats(&list).standard_error)
+        })
+        .collect()
+}
+
+/// The residuals of one list of data.
+struct Problem<'a> {
+    family: &'a Family<'a>,
+    data: &'a Observations,
+    residual: Residual,
+    /// Value and root of the weight of each observation.
+    rows: Vec<(f64, f64)>,
+    /// Values below this count as darkness [1/sr].
+    dark: f64,
+}
+
+impl<'a> Problem<'a> {
+    fn new(family: &'a Family<'a>, data: &'a Observations, options: &Options) -> Self {
+        let peak = data.list.iter().fold(0.0f64, |m, o| m.max(o.f_r.value));
+        let dark = DARK * peak;
+        let total: f64 = data.list.iter().map(|o| o.solid_angle).sum();
+        let row = |o: &Observation| {
+            let f = o.f_r.value;
+            let scale = match (options.weights, options.residual) {
+                (Weights::Errors, _) => 1.0 / o.f_r.standard_error.hypot(options.error_floor * f).max(dark),
+                (Weights::SolidAngle, Residual::Linear) => (o.solid_angle / total).sqrt() / peak,
+                (Weights::SolidAngle, Residual::Logarithmic) => (o.solid_angle / total).sqrt() / f.max(dark),
+                (Weights::Equal, Residual::Linear) => 1.0 / peak,
+                (Weights::Equal, Residual::Logarithmic) => 1.0 / f.max(dark),
+            };
+            (f, scale)
+        };
+        let rows = data.list.iter().map(row).collect();
+        Problem { family, data, residual: options.residual, rows, dark }
+    }
+
+    /// Weighted residuals at the coordinates `u`; `None` where the model cannot be built.
+    fn residuals(&self, u: &[f64]) -> Option<Vec<f64>> {
+        let model = self.family.model(&self.family.values(u)).ok()?;
+        let dark = self.dark;
+        let residual = |(o, (f, scale)): (&Observation, &(f64, f64))| {
+            let m = model.eval(o.wi, o.wo);
+            match self.residual {
+                Residual::Linear => (m - f) * scale,
+                Residual::Logarithmic => f.max(dark) * (m.max(dark) / f.max(dark)).ln() * scale,
+            }
+        };
+        Some(self.data.list.iter().zip(&self.rows).map(residual).collect())
+    }
 }
 
 /// `sqrt(C_jj)` in the values; says which parameters are at an end, trade places or are not determined.

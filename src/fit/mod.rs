@@ -10,7 +10,7 @@ pub mod target;
 mod warning;
 
 pub use crate::model::Scale;
-pub use brdf::{Fitted, FittedParameter, Options, Residual, Weights, fit};
+pub use brdf::{Fitted, FittedParameter, Options, Residual, Weights, errors_from_repeats, fit};
 pub use family::{Family, Free};
 pub use levenberg::{LeastSquares, Minimum};
 pub use observations::{Design, Observation, Observations};

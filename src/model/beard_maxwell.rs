@@ -18,8 +18,9 @@
 //! Energy: not conserving near grazing, where `1 / (cos_theta_i cos_theta_r)` grows without bound and SO does not fade;
 //! `bounded=true` mends it. Reciprocal.
 //!
-//! Sampling: a facet normal by its law or a cosine-weighted direction, with the probability of their albedos; pdf of the
-//! mixture.
+//! Sampling: a facet or a cosine-weighted direction, with the probability of their albedos; pdf of the mixture. The tilt
+//! of the facet follows its law, its azimuth the area it shows to the source, `(a + b cos phi)+` with `a = cos_theta_i
+//! cos_theta_h`, `b = sin_theta_i sin_theta_h`.
 //!
 //! Sources: Maxwell, Beard, Weiner, Ladd, Bidirectional model validation and utilization, AFAL-TR-73-303, 1973; Westlund, Meyer, Hunt, J.
 //! Res. NIST 107, 247, 2002, equations 3 and 4. The further shape functions of the report's volume term are not in it.
@@ -132,7 +133,57 @@ pub struct BeardMaxwell {
     material: Material,
     shadowing: Shadowing,
     volume: Volume,
+    /// Smooth law over which the albedo is integrated: that of the facets, or one as wide as their scan.
+    smooth: FacetNormals,
     first_surface: OnceLock<AlbedoTable>,
+}
+
+/// Azimuths of facets of one tilt by the area they show to the source: density `(a + b cos phi)+`.
+struct Facing {
+    a: f64,
+    b: f64,
+    /// Where the facets turn away.
+    limit: f64,
+}
+
+impl Facing {
+    fn new(a: f64, b: f64) -> Self {
+        Facing { a, b, limit: if a >= b { PI } else { (-a / b).acos() } }
+    }
+
+    /// `int_0^phi a + b cos`.
+    fn up_to(&self, phi: f64) -> f64 {
+        self.a * phi + self.b * phi.sin()
+    }
+
+    /// Integral of the density over all azimuths.
+    fn whole(&self) -> f64 {
+        2.0 * self.up_to(self.limit)
+    }
+
+    /// Azimuth of the draw `u` in `[0, 1)`, from the source's: Newton's method on one half, kept between bounds.
+    fn draw(&self, u: f64) -> f64 {
+        let side = 2.0 * u - 1.0;
+        let wanted = side.abs() * self.up_to(self.limit);
+        let (mut low, mut high) = (0.0, self.limit);
+        let mut phi = side.abs() * self.limit;
+        for _ in 0..60 {
+            let excess = self.up_to(phi) - wanted;
+            if excess > 0.0 {
+                high = phi;
+            } else {
+                low = phi;
+            }
+            let newton = phi - excess / (self.a + self.b * phi.cos());
+            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+            let step = (next - phi).abs();
+            phi = next;
+            if step < 1e-9 {
+                break;
+            }
+        }
+        phi.copysign(side)
+    }
 }
 
 /// Neither branch of the sampler gets less than this, if both reflect at all.
@@ -141,7 +192,11 @@ const LEAST_SHARE: f64 = 0.1;
 impl BeardMaxwell {
     /// The model; `tau` and `omega` above 0.
     pub fn new(normals: FacetNormals, material: Material, shadowing: Shadowing, volume: Volume) -> Self {
-        BeardMaxwell { normals, material, shadowing, volume, first_surface: OnceLock::new() }
+        let smooth = match &normals {
+            FacetNormals::Scan { scan, .. } => FacetNormals::Cauchy { sigma: scan.half_width(), bias: 1.0 },
+            law => law.clone(),
+        };
+        BeardMaxwell { normals, material, shadowing, volume, smooth, first_surface: OnceLock::new() }
     }
 
     /// First surface alone, `R(beta) Xi SO / (4 cos_theta_i cos_theta_r)` [1/sr], both directions above the surface.
@@ -184,8 +239,11 @@ impl Brdf for BeardMaxwell {
         let wo = if u[0] < share {
             let c = self.normals.draw(u[0] / share);
             let s = (1.0 - c * c).max(0.0).sqrt();
-            let (sin, cos) = (TAU * u[1]).sin_cos();
-            reflect(wi, DVec3::new(s * cos, s * sin, c))
+            let across = wi.x.hypot(wi.y);
+            let (sin, cos) = Facing::new(wi.z * c, across * s).draw(u[1]).sin_cos();
+            // Turned by the azimuth of the source.
+            let (x, y) = if across > 0.0 { (wi.x / across, wi.y / across) } else { (1.0, 0.0) };
+            reflect(wi, DVec3::new(s * (cos * x - sin * y), s * (cos * y + sin * x), c))
         } else {
             cosine_direction([(u[0] - share) / (1.0 - share), u[1]])
         };
@@ -201,8 +259,10 @@ impl Brdf for BeardMaxwell {
             return 0.0;
         }
         let share = self.facet_share(wi.z);
-        let wh = half_vector(wi, wo);
-        share * self.normals.density(wh.z.min(1.0)) / (4.0 * wi.dot(wh)) + (1.0 - share) * wo.z * FRAC_1_PI
+        let c = half_vector(wi, wo).z.min(1.0);
+        let facing = Facing::new(wi.z * c, wi.x.hypot(wi.y) * (1.0 - c * c).max(0.0).sqrt());
+        // The area shown to the source cancels the Jacobian 4 cos_beta.
+        share * self.normals.density(c) * TAU / (4.0 * facing.whole()) + (1.0 - share) * wo.z * FRAC_1_PI
     }
 
     /// First surface by quadrature, volume in closed form.
@@ -212,11 +272,11 @@ impl Brdf for BeardMaxwell {
                 [1.0, 1.0],
                 wi,
                 |c| {
-                    let cos = self.normals.draw(c);
+                    let cos = self.smooth.draw(c);
                     (1.0 - cos * cos).max(0.0).sqrt() / cos
                 },
-                |t| self.normals.distribution(t),
-                |wh, wo| self.facets(wi, wo) * wo.z * 4.0 * wi.dot(wh) / self.normals.density(wh.z),
+                |t| self.smooth.distribution(t),
+                |wh, wo| self.facets(wi, wo) * wo.z * 4.0 * wi.dot(wh) / self.smooth.density(wh.z),
             )
         };
         let table = self.first_surface.get_or_init(|| AlbedoTable::new(1, first));

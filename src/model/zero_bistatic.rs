@@ -121,6 +121,13 @@ impl ZeroBistatic {
         if f0 > 0.0 && f1 > 0.0 { f0 * (f1 / f0).powf(u) } else { f0 + u * (f1 - f0) }
     }
 
+    /// Tangent of the angle where the scan has fallen to half of its largest value, within 0.01 and 1.
+    pub fn half_width(&self) -> f64 {
+        let peak = self.points.iter().fold(0.0f64, |m, p| m.max(p.1));
+        let half = (0..900).map(|k| f64::from(k) * FRAC_PI_2 / 900.0).filter(|t| self.at(*t) > 0.5 * peak).last();
+        half.unwrap_or(0.0).tan().clamp(0.01, 1.0)
+    }
+
     /// About `int f cos^3 theta dw` over the hemisphere.
     pub fn integral(&self) -> f64 {
         self.integral
