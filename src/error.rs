@@ -26,8 +26,8 @@ pub enum Fault {
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system refused to read or write.
-    #[error("{}: cannot {verb}: {source}", path.display())]
-    Io { path: PathBuf, verb: &'static str, source: std::io::Error },
+    #[error("{}: cannot {verb}: {cause}; {advice}", path.display())]
+    Io { path: PathBuf, verb: &'static str, cause: String, advice: &'static str },
     /// A file is not what it should be.
     #[error("{}: {fault}", path.display())]
     File { path: PathBuf, fault: Fault },
@@ -41,8 +41,20 @@ pub enum Error {
 
 impl Error {
     /// A failed system call on `path`.
-    pub fn io(path: &Path, verb: &'static str, source: std::io::Error) -> Self {
-        Error::Io { path: path.to_owned(), verb, source }
+    pub fn io(path: &Path, verb: &'static str, error: std::io::Error) -> Self {
+        use std::io::ErrorKind::{IsADirectory, NotFound, PermissionDenied, StorageFull};
+        let advice = match error.kind() {
+            NotFound if verb == "read" => "check the name and the folder",
+            NotFound => "make its folder first",
+            PermissionDenied => "change its permissions or take another place",
+            IsADirectory => "name a file",
+            StorageFull => "make room on the disk",
+            _ => "check the disk and try again",
+        };
+        // Errors that libraries wrap name temporary files, which say nothing to the user.
+        let wrapped = error.raw_os_error().is_none() && error.kind() != std::io::ErrorKind::Other;
+        let cause = if wrapped { error.kind().to_string() } else { error.to_string() };
+        Error::Io { path: path.to_owned(), verb, cause, advice }
     }
 
     /// A usable file with unusable content.

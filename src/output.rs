@@ -2,7 +2,11 @@
 
 use crate::error::{Error, Result};
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// Temporary files being written.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Calls `write` with a buffered temporary file beside `path` and renames it to `path` when it succeeds.
 ///
@@ -26,10 +30,40 @@ where
     }
     let temporary = builder.tempfile_in(folder).map_err(|e| Error::io(path, "create", e))?;
     let (file, name) = temporary.into_parts();
+    let unfinished = Unfinished::new(name.to_path_buf());
     let mut buffered = BufWriter::new(file);
     write(&mut buffered).and_then(|()| buffered.flush()).map_err(|e| Error::io(path, "write", e))?;
     drop(buffered);
-    name.persist(path).map_err(|e| Error::io(path, "rename to", e.error))
+    let renamed = name.persist(path).map_err(|e| Error::io(path, "rename to", e.error));
+    drop(unfinished);
+    renamed
+}
+
+/// Ends the program with `code` after taking away the files it was writing.
+pub fn abandon(code: i32) -> ! {
+    let names = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+    for name in names.iter() {
+        // Gone already if it was just renamed.
+        let _ = std::fs::remove_file(name);
+    }
+    // The lock is held to the end: no other thread begins a file.
+    std::process::exit(code)
+}
+
+/// A name on the list of unfinished files while it lives.
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    fn new(name: PathBuf) -> Self {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(name.clone());
+        Unfinished(name)
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|name| *name != self.0);
+    }
 }
 
 /// Writes `bytes` to `path` atomically.

@@ -156,7 +156,7 @@ fn mistakes_are_named() {
     for (arguments, code, words) in [
         ("inspect absent.x3p", 1, "absent.x3p"),
         ("inspect m.x3p -o page.jpg", 2, "name it .png"),
-        ("convert m.x3p -o m.docx", 1, "name it .x3p, .npy or .sdf"),
+        ("convert m.x3p -o m.docx", 1, "name it .x3p, .sdf, .npy or .png"),
         ("convert m.x3p -o m.x3p.npy --preview", 1, "name it .png"),
         ("synth -o m.txt", 1, "name it .x3p"),
         ("synth -o n.x3p --shape ramp", 2, "--ramp 0.1,0"),
@@ -172,4 +172,44 @@ fn mistakes_are_named() {
         assert!(said.contains(words), "{arguments}: {said}");
     }
     assert!(!folder.path().join("n.x3p").exists());
+}
+
+/// A pitch given for a file that has its own is not dropped in silence; what goes wrong is said once, with advice.
+#[test]
+fn what_is_not_used_or_not_there_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    good(folder.path(), "synth -o m.x3p --size 64 --pitch 0.5um --acl 4um");
+    let said = |output: Output| String::from_utf8(output.stderr).unwrap();
+    let text = said(good(folder.path(), "inspect m.x3p --pitch 2um"));
+    assert!(text.contains("states a pitch of 0.500000") && text.contains("2.000000 um given"), "{text}");
+    let text = said(good(folder.path(), "inspect m.x3p --pitch 0.5um"));
+    assert!(!text.contains("states a pitch"), "{text}");
+    for (arguments, says) in [
+        ("inspect none.x3p", "none.x3p: cannot read: "),
+        ("inspect m.x3p -o none/p.png", "make its folder first"),
+        ("synth -o m.tif", "name it .x3p, .sdf, .npy or .png"),
+        ("synth -o m.x3p --acl 0.1um", "length 0.1 um does not fit a map of 614.4 um x 614.4 um at pitch 0.6 um"),
+    ] {
+        let output = asperity(folder.path(), arguments);
+        let text = said(output);
+        assert!(text.contains(says) && text.matches("os error").count() <= 1, "{arguments}: {text}");
+        assert!(!text.contains(".asperity-"), "{text}");
+    }
+}
+
+/// Every kind of file that is written can be read again as the same map.
+#[test]
+fn synth_and_convert_write_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let sq = |file: &str, known: &str| {
+        json(&good(folder.path(), &format!("inspect {file} --json {known}")))["Sq_m"].as_f64()
+    };
+    for (file, known) in [("m.x3p", ""), ("m.sdf", ""), ("m.png", ""), ("m.npy", "--unit m --pitch 0.6um")] {
+        good(folder.path(), &format!("synth -o {file} --size 96 --acl 6um --exact"));
+        let [direct, first] = [sq(file, known).unwrap(), sq("m.x3p", "").unwrap()];
+        assert!((direct / first - 1.0).abs() < 1e-4, "{file}: {direct} {first}");
+    }
+    good(folder.path(), "convert m.x3p -o text.sdf --ascii");
+    assert!(std::fs::read(folder.path().join("text.sdf")).unwrap().starts_with(b"aISO-1.0"));
+    assert!((sq("text.sdf", "").unwrap() / sq("m.x3p", "").unwrap() - 1.0).abs() < 1e-9);
 }

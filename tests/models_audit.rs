@@ -15,14 +15,12 @@ const WAVELENGTH: f64 = 550e-9;
 /// `trials` definitions of every form of `entry` with parameters drawn from their usual ranges; every third of a model that
 /// can be brushed is.
 fn definitions(entry: &'static Entry, trials: u64) -> Vec<Definition> {
-    let mut forms = vec![entry.name.to_owned()];
-    // Free text, such as a scan, is that of the example.
-    let example = Definition::parse(entry.example).unwrap();
-    for word in entry.words.iter().filter(|w| w.options.is_empty()) {
-        if let Some(text) = example.word(word.name) {
-            forms = vec![format!("{}:{}={text}", entry.name, word.name)];
-        }
-    }
+    // Free text, such as a measured scan, as the example has it.
+    let free =
+        |pair: &&str| entry.words.iter().any(|w| w.options.is_empty() && pair.starts_with(&format!("{}=", w.name)));
+    let given: Vec<&str> = entry.example.split_once(':').map_or("", |(_, rest)| rest).split(',').filter(free).collect();
+    let mark = if given.is_empty() { "" } else { ":" };
+    let mut forms = vec![format!("{}{mark}{}", entry.name, given.join(","))];
     for word in entry.words.iter().filter(|w| !w.options.is_empty()) {
         let extend = |start: &String| {
             let mark = if start.contains(':') { ',' } else { ':' };
@@ -66,9 +64,16 @@ fn definitions(entry: &'static Entry, trials: u64) -> Vec<Definition> {
 }
 
 fn every_definition(trials: u64) -> impl Iterator<Item = (Definition, Box<dyn Brdf>)> {
-    MODELS.iter().flat_map(move |entry| definitions(entry, trials)).map(|definition| {
-        let brdf = definition.build(WAVELENGTH).unwrap_or_else(|e| panic!("{definition}: {e}"));
-        (definition, brdf)
+    MODELS.iter().flat_map(move |entry| definitions(entry, trials)).filter_map(|definition| {
+        match definition.build(WAVELENGTH) {
+            Ok(brdf) => Some((definition, brdf)),
+            // A form that needs a file is none of this test's.
+            Err(e) if definition.entry().words.iter().any(|w| w.options.is_empty()) => {
+                println!("left out: {definition}: {e}");
+                None
+            }
+            Err(e) => panic!("{definition}: {e}"),
+        }
     })
 }
 
@@ -230,10 +235,32 @@ fn entry_is_brushed(definition: &Definition) -> bool {
     ["alpha_x", "c_x"].iter().any(|key| definition.get(key).is_some()) || definition.entry().name == "poulin-fournier"
 }
 
-/// The corners of the unit square and grazing light give numbers, never NaN.
+/// The corners of the unit square and grazing light give numbers, never NaN; weights of visible normals never exceed R.
 #[test]
 fn extreme_draws() {
-    for (definition, brdf) in every_definition(3) {
+    let sharp = [
+        "beckmann:alpha=0.0001,n=1.5",
+        "ggx:alpha=0.0001,n=1.5",
+        "ggx:alpha=2,material=mirror",
+        "beckmann:alpha=2,material=mirror",
+        "cook-torrance:alpha=0.0001,n=1.5",
+        "phong:rho_s=1,exponent=1e6",
+        "ward:rho_s=1,alpha=0.0001",
+        "lafortune:c_xy=-1,c_z=1,exponent=10000",
+        "lafortune:c_xy=0,c_z=-1,exponent=2.5",
+        "blinn-dusty:w=1,g=0.95",
+        "blinn-dusty:w=1,g=-0.95,tau=0",
+        "oren-nayar:rho=1,sigma=60deg",
+        "minnaert:rho=1,k=10",
+        "poulin-fournier:d=0.1,h=0,rho_s=1,exponent=10000",
+        "poulin-fournier:d=20,h=1,rho_s=0.5,rho_d=0.5",
+        "he-torrance:sigma=10um,tau=20um,n=1.5",
+        "he-torrance:sigma=1nm,tau=10mm,material=al",
+        "metallic:x15=100,x45=0.1,x110=0",
+    ];
+    let sharp = sharp.map(|text| Definition::parse(text).unwrap());
+    let sharp = sharp.into_iter().map(|definition| (definition.clone(), definition.build(WAVELENGTH).unwrap()));
+    for (definition, brdf) in every_definition(3).chain(sharp) {
         for theta in [0.0, 1e-9, 45.0, 89.9, 89.9999999f64] {
             let wi = direction(theta.to_radians(), 0.6);
             for u in [0.0, 1e-300, 0.25, 0.5, 1.0 - 1e-10, 1.0 - f64::EPSILON / 2.0] {
@@ -241,6 +268,10 @@ fn extreme_draws() {
                     let Some(s) = brdf.sample(wi, [u, v]) else { continue };
                     let fine = s.weight.is_finite() && s.weight >= 0.0 && s.pdf > 0.0;
                     assert!(fine, "{definition} {theta} {u} {v}: {s:?}");
+                    let visible = ["beckmann", "ggx"].contains(&definition.entry().name);
+                    let hidden =
+                        !definition.to_string().contains("shadowing") || definition.to_string().contains("=correlated");
+                    assert!(!(visible && hidden) || s.weight <= 1.0 + 1e-12, "{definition} {theta} {u} {v}: {s:?}");
                 }
             }
             for o in [0.0, 30.0, 89.9999999f64] {

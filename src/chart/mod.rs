@@ -3,6 +3,7 @@
 mod axis;
 mod canvas;
 mod colours;
+mod curves;
 pub mod facts;
 mod fit_page;
 pub mod gloss_roughness;
@@ -15,7 +16,11 @@ mod shapes;
 mod slices;
 mod units;
 
+<<<<<<< HEAD
 pub use fit_page::fit_page;
+=======
+pub use curves::{parameter_chart, scan_chart};
+>>>>>>> main
 pub use gloss_roughness::{GlossPoint, gloss_vs_roughness};
 pub use height_view::height_preview;
 pub use inspection::{PageNotes, inspection_page};

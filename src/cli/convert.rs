@@ -100,7 +100,8 @@ pub fn write(path: &Path, map: &RawMap, samples: SamplesFlag) -> Result<(), Erro
             npy::write(path, map, precision)
         }
         "sdf" => sdf::write(path, map, sdf::Encoding::Binary),
-        _ => Err(Error::content(path, "this kind of file cannot be written", "name it .x3p, .npy or .sdf")),
+        "png" => png::write(path, map).map(|_| ()),
+        _ => Err(Error::content(path, "this kind of file cannot be written", "name it .x3p, .sdf, .npy or .png")),
     }
 }
 

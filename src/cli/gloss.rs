@@ -1,13 +1,17 @@
-//! `asperity gloss`: the virtual glossmeter on any source.
+//! `asperity gloss`: the virtual light meter on any source.
 
 use super::map_options::MapOptions;
 use super::print_json;
 use super::progress::Bar;
+use super::readings::{self, CSV_HEAD, HEADS, Readings};
 use super::scatter_options::ScatterOptions;
 use super::source::Source;
 use crate::math::Estimate;
+use crate::meter::Holds;
+use crate::output::write_bytes;
 use crate::report::Prediction;
 use clap::Args;
+use rayon::prelude::*;
 use serde_json::json;
 
 #[derive(Args)]
@@ -15,6 +19,8 @@ pub struct Arguments {
     /// Height maps, tables or models such as beckmann:alpha=0.02,n=1.5
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<String>,
+    #[command(flatten)]
+    readings: readings::Flags,
     #[command(flatten)]
     map: MapOptions,
     #[command(flatten)]
@@ -24,6 +30,7 @@ pub struct Arguments {
 const ANGLES: [&str; 3] = ["20", "60", "85"];
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
+    let bench = a.readings.bench()?;
     let bar = Bar::new("gloss", a.sources.len());
     let sources: Vec<Source> = a
         .sources
@@ -31,6 +38,8 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         .enumerate()
         .map(|(k, text)| Source::open(text, &a.map, &a.scatter, &|share| bar.set(k, share)))
         .collect::<Result<_, _>>()?;
+    let found: Vec<Readings> =
+        sources.par_iter().map(|s| bench.read(s, &readings::azimuths(s))).collect::<Result<_, _>>()?;
     bar.finish();
     sources.iter().for_each(Source::print_preparation);
     for p in sources.iter().filter_map(Source::surface) {
@@ -38,14 +47,25 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             eprintln!("warning: {}: {warning}", p.name);
         }
     }
+    for (s, readings) in sources.iter().zip(&found) {
+        for name in readings.unconverged() {
+            eprintln!("warning: {}: `{name}` has not converged to its tolerance; judge it by its error", s.name());
+        }
+    }
+    if let Some(path) = &a.readings.csv {
+        let rows: String = sources.iter().zip(&found).map(|(s, r)| r.csv(s.name(), s.gloss())).collect();
+        write_bytes(path, (CSV_HEAD.to_owned() + &rows).as_bytes())?;
+    }
     if json {
         let list: Vec<_> = sources
             .iter()
-            .map(|s| {
+            .zip(&found)
+            .map(|(s, readings)| {
                 let mut entry = json!({
                     "source": s.name(), "gloss": gloss_json(s.gloss(), s.surface()),
                     "method": s.surface().map_or_else(|| "model".to_owned(), Prediction::method_summary),
                 });
+                readings.add_to(&mut entry);
                 if let Some(report) = s.preparation() {
                     entry["preparation"] = json!(report);
                 }
@@ -57,20 +77,46 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let width = sources.iter().map(|s| s.name().chars().count()).max().unwrap_or(0).max(6);
     println!("{:<width$}  {:>18}  {:>18}  {:>18}", "source", "20 deg, GU", "60 deg, GU", "85 deg, GU");
     for s in &sources {
-        let valid = s.surface().map_or([true; 3], Prediction::ray_valid);
+        let holds = s.surface().map_or([Holds::Rays; 3], Prediction::holds);
         print!("{:<width$}", s.name());
-        for (g, valid) in s.gloss().iter().zip(valid) {
-            print!("  {:>17}{}", format!("{:.3} +- {:.3}", g.value, g.standard_error), if valid { " " } else { "*" });
+        for (g, holds) in s.gloss().iter().zip(holds) {
+            print!("  {:>17}{}", format!("{:.3} +- {:.3}", g.value, g.standard_error), holds.mark());
         }
         println!();
     }
-    if sources.iter().filter_map(Source::surface).any(|p| p.ray_valid().contains(&false)) {
-        println!("* Rayleigh parameter below 9: too smooth for rays at this angle; see the warnings.");
+    print_marks(sources.iter().filter_map(Source::surface));
+    println!(
+        "\n{:<width$}  {:>18}  {:>10}  {:>10}  {:>18}  {:>18}",
+        "source", HEADS[0], HEADS[1], HEADS[2], HEADS[3], HEADS[4]
+    );
+    for (s, readings) in sources.iter().zip(&found) {
+        let [haze, log_haze, index, doi, rspec] = readings.line();
+        println!("{:<width$}  {haze:>18}  {log_haze:>10}  {index:>10}  {doi:>18}  {rspec:>18}", s.name());
+    }
+    println!(
+        "\nGloss, haze (both sides of 20 deg together) and Rspec in GU: black glass n = 1.567 reads 100. DOI in percent."
+    );
+    for (s, readings) in sources.iter().zip(&found) {
+        readings.print_sheets(s.name());
+    }
+    if let Some(path) = &a.readings.csv {
+        println!("wrote {}", path.display());
     }
     Ok(())
 }
 
-/// `{"20": {"value", "standard_error", "rayleigh_g", "ray_valid"}, ...}`.
+/// What the marks beside the values mean, if there are any.
+pub fn print_marks<'a>(surfaces: impl Iterator<Item = &'a Prediction>) {
+    let holds: Vec<Holds> = surfaces.flat_map(Prediction::holds).collect();
+    if holds.contains(&Holds::Waves) {
+        println!("~ by waves (Kirchhoff, with the mirror beam): Rayleigh parameter below 9, where rays do not hold.");
+    }
+    if holds.contains(&Holds::Neither) {
+        println!("* the calculation does not hold at this angle; see the warnings.");
+    }
+}
+
+/// `{"20": {"value", "standard_error", "rayleigh_g", "ray_valid", "served_by", "holds", "rays", "waves"}, ...}`.
 pub fn gloss_json(gloss: [Estimate; 3], surface: Option<&Prediction>) -> serde_json::Value {
     let mut object = serde_json::Map::new();
     for k in 0..3 {
@@ -78,6 +124,10 @@ pub fn gloss_json(gloss: [Estimate; 3], surface: Option<&Prediction>) -> serde_j
         if let Some(p) = surface {
             entry["rayleigh_g"] = json!(p.rayleigh[k]);
             entry["ray_valid"] = json!(p.ray_valid()[k]);
+            entry["served_by"] = json!(if p.wave[k] { "waves" } else { "rays" });
+            entry["holds"] = json!(p.holds()[k].to_string());
+            entry["rays"] = json!(p.ray_gloss.map(|g| g[k].value));
+            entry["waves"] = json!(p.wave_gloss(k).map(|g| g.value));
         }
         object.insert(ANGLES[k].to_owned(), entry);
     }

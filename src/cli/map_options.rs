@@ -10,6 +10,7 @@ use crate::heightmap::form::Form;
 use crate::heightmap::orient::{Orientation, Rotation};
 use crate::heightmap::prepare::Report;
 use crate::heightmap::read::{ReadOptions, read};
+use crate::heightmap::warning::Warning;
 use crate::heightmap::{Edges, Preparation, Prepared, prepare};
 use clap::{Args, ValueEnum};
 use std::path::Path;
@@ -117,11 +118,17 @@ enum RotateFlag {
 impl MapOptions {
     /// Reads and prepares one map; its report is for [`print_report`] once no progress bar is in the way.
     pub fn load(&self, path: &Path) -> Result<Prepared> {
-        let raw = read(path, &self.reading.options())?;
-        prepare(raw, &self.preparation()).map_err(|e| match e {
+        let options = self.reading.options();
+        let raw = read(path, &options)?;
+        let stated = [raw.pitch_x, raw.pitch_y];
+        let mut prepared = prepare(raw, &self.preparation()).map_err(|e| match e {
             Error::Parameter { what, advice } => Error::content(path, what, advice),
             other => other,
-        })
+        })?;
+        if let Some(given) = options.pitch.filter(|given| *given != stated) {
+            prepared.report.warnings.insert(0, Warning::PitchOfFile { stated, given });
+        }
+        Ok(prepared)
     }
 
     fn preparation(&self) -> Preparation {

@@ -88,6 +88,11 @@ impl Source {
         }
     }
 
+    /// Whether one azimuth of the source stands for all. A model is read as it is written, from azimuth 0.
+    pub fn isotropic(&self) -> bool {
+        self.surface().is_none_or(|p| p.isotropic)
+    }
+
     /// How the height map behind it was prepared, if there is one.
     pub fn preparation(&self) -> Option<&Report> {
         match self {

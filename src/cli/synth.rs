@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// File to write: .x3p, .npy (heights in metres) or .sdf
+    /// File to write: .x3p, .sdf, .npy (heights in metres) or 16-bit .png
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Samples: N or WIDTHxHEIGHT

@@ -13,38 +13,86 @@ pub const SIDE: usize = 1 << SHIFT;
 /// Bounds are widened by this share against the rounding of f32.
 const WIDER: f32 = 1e-6;
 
-/// Slope bounds where a facet is missing: the surface may jump.
-const UNKNOWN: [f32; 2] = [f32::NEG_INFINITY, f32::INFINITY];
+/// Rings of blocks that are looked through for what stands in the way; ring `k` lies from `2^k` to `2^(k+1)` blocks away.
+pub const RINGS: usize = 5;
 
-/// Rings of blocks that are looked through for what stands in the way.
-const REACH: usize = 32;
+/// Largest slopes towards one quadrant: along x, along y, and their sum; infinite where a facet is missing, for there the
+/// surface may jump.
+#[derive(Debug, Clone, Copy)]
+pub struct Climb {
+    x: f32,
+    y: f32,
+    sum: f32,
+}
+
+impl Climb {
+    /// Bound of the climb along a horizontal vector of the quadrant, times the vector's length: a direction is a sum of the
+    /// nearer axis and the diagonal, each with its largest slope. NaN or infinite if unknown.
+    #[inline]
+    pub fn along(&self, x: f64, y: f64) -> f64 {
+        let (x, y) = (x.abs(), y.abs());
+        let (axis, diagonal) = if x > y { (x - y, y) } else { (y - x, x) };
+        axis * f64::from(if x > y { self.x } else { self.y }) + diagonal * f64::from(self.sum)
+    }
+
+    /// Bound of the climb towards any direction of the quadrant.
+    fn steepest(&self) -> f32 {
+        let octant = |axis: f32| {
+            let rest = self.sum - axis;
+            if (0.0..=axis).contains(&rest) {
+                axis.hypot(rest)
+            } else {
+                axis.max(self.sum * std::f32::consts::FRAC_1_SQRT_2)
+            }
+        };
+        octant(self.x).max(octant(self.y)).max(0.0)
+    }
+
+    fn max(self, other: Climb) -> Climb {
+        Climb { x: self.x.max(other.x), y: self.y.max(other.y), sum: self.sum.max(other.sum) }
+    }
+}
+
+/// What may stand in the way of beams from a block towards one quadrant.
+#[derive(Debug, Clone, Copy)]
+pub struct Outlook {
+    /// Steepest climb of the surface within the next `SIDE` cells.
+    pub climb: Climb,
+    /// Highest vertices up to the far side of each ring \[m\].
+    pub tops: [f32; RINGS],
+    /// Sine of the elevation above which a beam from anywhere in the block escapes.
+    pub sine: f32,
+}
+
+impl Outlook {
+    fn clear_sine(&self, bottom: f32, highest: f32, side: f32) -> f32 {
+        let mut climb = self.climb.steepest();
+        for (ring, top) in self.tops.into_iter().enumerate() {
+            climb = climb.max((top - bottom) / ((1 << ring) as f32 * side));
+        }
+        climb = climb.max((highest - bottom) / ((1 << RINGS) as f32 * side));
+        // An unknown climb becomes a sine above 1, which no direction exceeds.
+        if climb.is_finite() { climb / (1.0 + climb * climb).sqrt() + 4.0 * WIDER } else { 2.0 }
+    }
+}
+
+/// Slopes whose largest values bound a block: p, -p, q, -q, p + q, -p - q, p - q, q - p.
+const KINDS: usize = 8;
 
 /// The bounds of one block.
 #[derive(Debug, Clone, Copy)]
 pub struct Block {
     /// Highest vertex \[m\].
     pub top: f32,
-    /// Smallest and largest `dh/dx` of its facets; infinite where a facet is missing.
-    pub p: [f32; 2],
-    /// Smallest and largest `dh/dy`.
-    pub q: [f32; 2],
+    most: [f32; KINDS],
 }
 
 impl Block {
-    /// Steepest climb of its facets along the horizontal vector `(x, y)`, times the vector's length.
+    /// Largest slopes of its facets towards a quadrant.
     #[inline]
-    pub fn climb(&self, x: f64, y: f64) -> f64 {
-        f64::from(self.p[usize::from(x > 0.0)]) * x + f64::from(self.q[usize::from(y > 0.0)]) * y
-    }
-
-    /// Steepest climb towards any direction of a quadrant, or of any quadrant.
-    fn climb_in(&self, quadrant: Option<usize>) -> f32 {
-        let ahead = |[low, high]: [f32; 2], up: Option<bool>| match up {
-            Some(true) => high.max(0.0),
-            Some(false) => (-low).max(0.0),
-            None => high.max(-low).max(0.0),
-        };
-        ahead(self.p, quadrant.map(|k| k & 1 == 1)).hypot(ahead(self.q, quadrant.map(|k| k & 2 == 2)))
+    pub fn climb(&self, quadrant: usize) -> Climb {
+        let sum = [5, 6, 7, 4][quadrant];
+        Climb { x: self.most[1 - (quadrant & 1)], y: self.most[3 - (quadrant >> 1)], sum: self.most[sum] }
     }
 }
 
@@ -57,35 +105,31 @@ pub struct Blocks {
     bottoms: Vec<f32>,
 }
 
-/// Running bounds of one row of blocks, per vertex or cell column.
+/// Running bounds of one row of blocks, per vertex column and per cell column.
 struct Columns {
     top: Vec<f32>,
     bottom: Vec<f32>,
-    p: [Vec<f32>; 2],
-    q: [Vec<f32>; 2],
     missing: Vec<f32>,
+    most: [Vec<f32>; KINDS],
 }
 
 impl Columns {
     fn measure(map: &HeightMap, nx: usize, rows: std::ops::Range<usize>) -> Self {
         let level = Level::new();
-        let filled = |x: f32| vec![x; nx + 1];
-        let (up, down) = (f32::INFINITY, f32::NEG_INFINITY);
         let mut columns = Columns {
-            top: filled(down),
-            bottom: filled(up),
-            p: [filled(up), filled(down)],
-            q: [filled(up), filled(down)],
-            missing: filled(0.0),
+            top: vec![f32::NEG_INFINITY; nx + 1],
+            bottom: vec![f32::INFINITY; nx + 1],
+            missing: vec![0.0; nx + 1],
+            most: std::array::from_fn(|_| vec![f32::NEG_INFINITY; nx]),
         };
         let pitch = [1.0 / map.pitch_x as f32, 1.0 / map.pitch_y as f32];
         let mut above = Vec::new();
         let mut vertices = Vec::new();
         for row in rows.start..=rows.end {
             slopes::vertices(map, row, &mut vertices);
-            dispatch!(level, simd => along(simd, &vertices, pitch[0], &mut columns));
+            dispatch!(level, simd => add_heights(simd, &vertices, &mut columns));
             if row > rows.start {
-                dispatch!(level, simd => across(simd, &above, &vertices, pitch[1], &mut columns.q));
+                dispatch!(level, simd => add_slopes(simd, &above, &vertices, pitch, &mut columns.most));
             }
             std::mem::swap(&mut above, &mut vertices);
         }
@@ -95,59 +139,49 @@ impl Columns {
     /// Bounds over the cells of `range`, and the lowest vertex.
     fn block(&self, range: std::ops::Range<usize>) -> (Block, f32) {
         let vertices = range.start..range.end + 1;
-        let least = |v: &[f32]| v.iter().copied().fold(f32::INFINITY, f32::min);
         let most = |v: &[f32]| v.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        let wide = |v: &[Vec<f32>; 2], range: std::ops::Range<usize>| {
-            let [low, high] = [least(&v[0][range.clone()]), most(&v[1][range])];
-            [low - WIDER * low.abs(), high + WIDER * high.abs()]
-        };
-        let mut block = Block {
-            top: most(&self.top[vertices.clone()]),
-            p: wide(&self.p, range),
-            q: wide(&self.q, vertices.clone()),
-        };
-        if most(&self.missing[vertices.clone()]) > 0.0 {
-            (block.p, block.q) = (UNKNOWN, UNKNOWN);
-        }
-        (block, least(&self.bottom[vertices]))
+        let bottom = self.bottom[vertices.clone()].iter().copied().fold(f32::INFINITY, f32::min);
+        let whole = most(&self.missing[vertices.clone()]) == 0.0;
+        let bounds = std::array::from_fn(|k| {
+            let slope = most(&self.most[k][range.clone()]);
+            if whole { slope + WIDER * slope.abs() } else { f32::INFINITY }
+        });
+        (Block { top: most(&self.top[vertices]), most: bounds }, bottom)
     }
 }
 
-/// Adds the vertices of one row and the slopes along it.
 #[simd]
-fn along<S: Simd>(_: S, row: &[f32], per_pitch: f32, columns: &mut Columns) {
-    let n = row.len() - 1;
-    let next = &row[1..n + 1];
-    let (row, last) = (&row[..n], row[n]);
-    let [low, high] = &mut columns.p;
-    let (low, high) = (&mut low[..n], &mut high[..n]);
-    let (top, bottom, missing) =
-        (&mut columns.top[..n + 1], &mut columns.bottom[..n + 1], &mut columns.missing[..n + 1]);
+fn add_heights<S: Simd>(_: S, row: &[f32], columns: &mut Columns) {
+    let n = row.len();
+    let (top, bottom, missing) = (&mut columns.top[..n], &mut columns.bottom[..n], &mut columns.missing[..n]);
     for k in 0..n {
-        let (h, slope) = (row[k], (next[k] - row[k]) * per_pitch);
+        let h = row[k];
         // Comparisons that a NaN fails keep the bound.
         top[k] = if h > top[k] { h } else { top[k] };
         bottom[k] = if h < bottom[k] { h } else { bottom[k] };
         missing[k] = if h.is_nan() { 1.0 } else { missing[k] };
-        low[k] = if slope < low[k] { slope } else { low[k] };
-        high[k] = if slope > high[k] { slope } else { high[k] };
     }
-    top[n] = top[n].max(last);
-    bottom[n] = bottom[n].min(last);
-    missing[n] = if last.is_nan() { 1.0 } else { missing[n] };
 }
 
-/// Adds the slopes from one row to the one above it.
+/// Adds the slopes of both facets of each cell of a row.
 #[simd]
-fn across<S: Simd>(_: S, above: &[f32], row: &[f32], per_pitch: f32, q: &mut [Vec<f32>; 2]) {
-    let n = row.len();
-    let above = &above[..n];
-    let [low, high] = q;
-    let (low, high) = (&mut low[..n], &mut high[..n]);
+fn add_slopes<S: Simd>(_: S, top: &[f32], bottom: &[f32], per_pitch: [f32; 2], most: &mut [Vec<f32>; KINDS]) {
+    let n = most[0].len();
+    let (a, b, c, d) = (&top[..n], &top[1..n + 1], &bottom[..n], &bottom[1..n + 1]);
+    let [m0, m1, m2, m3, m4, m5, m6, m7] = most.each_mut().map(|m| &mut m[..n]);
+    let larger = |x: f32, y: f32| if x > y { x } else { y };
     for k in 0..n {
-        let slope = (above[k] - row[k]) * per_pitch;
-        low[k] = if slope < low[k] { slope } else { low[k] };
-        high[k] = if slope > high[k] { slope } else { high[k] };
+        let [px, py] = per_pitch;
+        let (p, q) = ((d[k] - c[k]) * px, (a[k] - c[k]) * py);
+        let (r, s) = ((b[k] - a[k]) * px, (b[k] - d[k]) * py);
+        m0[k] = larger(larger(p, r), m0[k]);
+        m1[k] = larger(larger(-p, -r), m1[k]);
+        m2[k] = larger(larger(q, s), m2[k]);
+        m3[k] = larger(larger(-q, -s), m3[k]);
+        m4[k] = larger(larger(p + q, r + s), m4[k]);
+        m5[k] = larger(larger(-p - q, -r - s), m5[k]);
+        m6[k] = larger(larger(p - q, r - s), m6[k]);
+        m7[k] = larger(larger(q - p, s - r), m7[k]);
     }
 }
 
@@ -178,59 +212,58 @@ impl Blocks {
         self.bottoms.iter().copied().fold(f32::INFINITY, f32::min)
     }
 
-    /// Sine of the elevation above which a beam from any point of each block escapes towards each quadrant,
-    /// by the steepest slopes nearby and the highest vertices of squares that double in size.
+    /// What each block sees towards each quadrant: the steepest slopes nearby and the highest vertices of squares that
+    /// double in size.
     ///
     /// Quadrant `k`: towards +x if `k & 1`, towards +y (against the row) if `k & 2`.
-    pub fn clear_sines(&self, map: &HeightMap, highest: f32) -> Vec<[f32; 4]> {
+    pub fn outlooks(&self, map: &HeightMap, highest: f32) -> Vec<[Outlook; 4]> {
         let (nx, ny) = slopes::cells(map);
         let repeated = map.edges != Edges::Open;
         // A border amid a block makes a step of one block shorter than `SIDE` cells, once every tile.
         let ragged = repeated && (nx % SIDE != 0 || ny % SIDE != 0);
-        let small = ragged && nx.min(ny) < REACH * SIDE;
-        let side = SIDE as f32 * map.pitch_x.min(map.pitch_y) as f32;
-        let mut sines = vec![[0.0f32; 4]; self.blocks.len()];
+        let small = ragged && nx.min(ny) < (SIDE << RINGS);
+        let none = Climb { x: 0.0, y: 0.0, sum: 0.0 };
+        let mut outlooks = vec![[Outlook { climb: none, tops: [highest; RINGS], sine: 0.0 }; 4]; self.blocks.len()];
         for quadrant in 0..4 {
             let step = [if quadrant & 1 == 1 { 1 } else { -1 }, if quadrant & 2 == 2 { -1 } else { 1 }];
-            // A mirrored tile turns its slopes round.
-            let towards = (map.edges != Edges::Mirrored).then_some(quadrant);
-            let mut climbs: Vec<f32> = self.blocks.iter().map(|b| b.climb_in(towards)).collect();
-            if small {
-                let steepest = climbs.iter().copied().fold(0.0, f32::max);
-                climbs.fill(steepest);
-            } else {
-                let widen = |v: &mut Vec<f32>, by: usize| *v = self.widened(v, step, by as isize, map.edges);
-                let mut tops: Vec<f32> = self.blocks.iter().map(|b| b.top).collect();
-                for _ in 0..if ragged { 3 } else { 1 } {
-                    widen(&mut climbs, 1);
-                    widen(&mut tops, 1);
-                }
-                let mut steep = climbs.clone();
-                widen(&mut steep, 1);
-                let mut from = 1;
-                while from < REACH {
-                    widen(&mut tops, from);
-                    for (k, climb) in climbs.iter_mut().enumerate() {
-                        let over = (tops[k] - self.bottoms[k]) / (from as f32 * side);
-                        *climb = climb.max(if from == 1 { over.min(steep[k]) } else { over });
-                    }
-                    from *= 2;
-                }
-                for (climb, bottom) in climbs.iter_mut().zip(&self.bottoms) {
-                    *climb = climb.max((highest - bottom) / (REACH as f32 * side));
-                }
+            let mut climbs: Vec<Climb> = self.blocks.iter().map(|b| b.climb(quadrant)).collect();
+            if map.edges == Edges::Mirrored {
+                // A mirrored tile turns its slopes round.
+                let all = |b: &Block| (0..4).map(|k| b.climb(k)).fold(b.climb(0), Climb::max);
+                climbs = self.blocks.iter().map(all).collect();
             }
-            for (sines, climb) in sines.iter_mut().zip(climbs) {
-                // An unknown climb becomes a sine above 1, which no direction exceeds.
-                let sine = if climb.is_finite() { climb / (1.0 + climb * climb).sqrt() } else { 2.0 };
-                sines[quadrant] = sine + 4.0 * WIDER;
+            if small {
+                let steepest = climbs.iter().copied().fold(none, Climb::max);
+                outlooks.iter_mut().for_each(|o| o[quadrant].climb = steepest);
+                continue;
+            }
+            let mut tops: Vec<f32> = self.blocks.iter().map(|b| b.top).collect();
+            for _ in 0..if ragged { 3 } else { 1 } {
+                climbs = self.widened(&climbs, step, 1, map.edges, Climb::max);
+                tops = self.widened(&tops, step, 1, map.edges, f32::max);
+            }
+            outlooks.iter_mut().zip(climbs).for_each(|(o, climb)| o[quadrant].climb = climb);
+            for ring in 0..RINGS {
+                tops = self.widened(&tops, step, 1 << ring, map.edges, f32::max);
+                outlooks.iter_mut().zip(&tops).for_each(|(o, &top)| o[quadrant].tops[ring] = top);
             }
         }
-        sines
+        let side = SIDE as f32 * map.pitch_x.min(map.pitch_y) as f32;
+        for (outlooks, bottom) in outlooks.iter_mut().zip(&self.bottoms) {
+            outlooks.iter_mut().for_each(|o| o.sine = o.clear_sine(*bottom, highest, side));
+        }
+        outlooks
     }
 
-    /// Each value replaced by the largest of itself and its three neighbours `by` blocks along the quadrant's axes.
-    fn widened(&self, values: &[f32], step: [isize; 2], by: isize, edges: Edges) -> Vec<f32> {
+    /// Each value replaced by the `max` of itself and its three neighbours `by` blocks along the quadrant's axes.
+    fn widened<T: Copy>(
+        &self,
+        values: &[T],
+        step: [isize; 2],
+        by: isize,
+        edges: Edges,
+        max: impl Fn(T, T) -> T,
+    ) -> Vec<T> {
         let place = |k: usize, step: isize, n: usize| -> Option<usize> {
             let n = n as isize;
             let to = k as isize + step * by;
@@ -244,21 +277,16 @@ impl Blocks {
                 }
             }
         };
-        let along: Vec<Option<usize>> = (0..self.width).map(|c| place(c, step[0], self.width)).collect();
-        let mut wide = vec![0.0f32; values.len()];
-        for (row, out) in wide.chunks_mut(self.width).enumerate() {
-            out.copy_from_slice(&values[row * self.width..(row + 1) * self.width]);
-            if let Some(other) = place(row, step[1], self.height) {
-                for (x, y) in out.iter_mut().zip(&values[other * self.width..(other + 1) * self.width]) {
-                    *x = x.max(*y);
-                }
-            }
-            let line = out.to_vec();
-            for (x, to) in out.iter_mut().zip(&along) {
-                if let Some(to) = to {
-                    *x = x.max(line[*to]);
-                }
-            }
+        let along: Vec<usize> = (0..self.width).map(|c| place(c, step[0], self.width).unwrap_or(c)).collect();
+        let mut wide = Vec::with_capacity(values.len());
+        let mut line = Vec::with_capacity(self.width);
+        for row in 0..self.height {
+            let here = &values[row * self.width..(row + 1) * self.width];
+            let other = place(row, step[1], self.height).unwrap_or(row);
+            let there = &values[other * self.width..(other + 1) * self.width];
+            line.clear();
+            line.extend(here.iter().zip(there).map(|(&x, &y)| max(x, y)));
+            wide.extend(line.iter().zip(&along).map(|(&x, &to)| max(x, line[to])));
         }
         wide
     }

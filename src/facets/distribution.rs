@@ -1,14 +1,15 @@
 //! The slope distribution of a map in a few numbers: how steep, how anisotropic, how much hides.
 
+use super::radial::RadialHistogram;
 use super::slopes;
 use crate::error::{Error, Result};
 use crate::heightmap::HeightMap;
+use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd_macros::simd;
 use rayon::prelude::*;
 
-/// Natural logarithm of the slope at the lower end of the radial histogram, and bins per unit of it.
-const LOG_MIN: f64 = -23.0;
-const BINS_PER_E: f64 = 32.0;
-const BINS: usize = 900;
+/// Rows per task.
+const ROWS: usize = 32;
 
 /// Moments, principal axes and radial histogram of the facet slopes (all dimensionless).
 #[derive(Debug, Clone)]
@@ -31,8 +32,7 @@ pub struct SlopeStatistics {
     pub steepest: f64,
     /// Standard deviation of the core of the lobe in units of `axes`: 1 for a Gaussian, less for a sharp core with long tails.
     pub core: f64,
-    /// Facets per bin of the gradient's logarithm.
-    gradient_histogram: Vec<u64>,
+    gradients: RadialHistogram,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -47,24 +47,20 @@ struct Moments {
 }
 
 impl SlopeStatistics {
-    /// Two passes over the facets; identical for any number of threads.
+    /// Three passes over the facets; identical for any number of threads.
     ///
     /// # Errors
     /// `Error::Parameter` if the map has no facet.
     pub fn measure(map: &HeightMap) -> Result<Self> {
         let (nx, ny) = slopes::cells(map);
-        let rows: Vec<Moments> = (0..ny)
+        let starts: Vec<usize> = (0..ny).step_by(ROWS).collect();
+        let rows: Vec<Moments> = starts
             .into_par_iter()
-            .map(|row| {
+            .map(|start| {
+                let level = Level::new();
                 let mut m = Moments::default();
-                slopes::visit_row(map, row, |f| {
-                    m.n += 1;
-                    m.p += f.p;
-                    m.q += f.q;
-                    m.pp += f.p * f.p;
-                    m.pq += f.p * f.q;
-                    m.qq += f.q * f.q;
-                    m.steepest2 = m.steepest2.max(f.p * f.p + f.q * f.q);
+                slopes::visit_lanes(map, start..(start + ROWS).min(ny), |p, q| {
+                    dispatch!(level, simd => add_moments(simd, p, q, &mut m));
                 });
                 m
             })
@@ -100,11 +96,11 @@ impl SlopeStatistics {
             sdq: (pp + qq).sqrt(),
             axes,
             axis_angle: 0.5 * (2.0 * cov).atan2(vp - vq),
-            steepest: m.steepest2.sqrt(),
+            // Rounded up: it serves as a bound.
+            steepest: m.steepest2.sqrt() * (1.0 + 1e-6),
             core: 1.0,
-            gradient_histogram: Vec::new(),
+            gradients: RadialHistogram::measure(map, [0.0; 2], [[1.0, 0.0], [0.0, 1.0]]),
         };
-        statistics.gradient_histogram = radial_histogram(map, |p, q| p.hypot(q));
         statistics.core = statistics.core_scale(map);
         Ok(statistics)
     }
@@ -127,8 +123,13 @@ impl SlopeStatistics {
     /// Smith's function (IEEE Trans. Antennas Propag. 15, 668, 1967) with the measured instead of a Gaussian
     /// distribution; exact for a surface whose slopes and heights are independent.
     pub fn hidden_excess(&self, theta: f64) -> f64 {
-        let bins = self.gradient_histogram.iter().enumerate();
-        hidden_excess(bins.map(|(k, &count)| (bin_value(k), count as f64 / self.facets as f64)), theta)
+        hidden_excess(self.gradients.bins().map(|(g, count)| (g, count as f64 / self.facets as f64)), theta)
+    }
+
+    /// Share of the facets whose gradient is larger, to the width of a histogram bin (3 % in the gradient).
+    pub fn share_steeper(&self, gradient: f64) -> f64 {
+        let above: u64 = self.gradients.bins().filter(|bin| bin.0 > gradient).map(|bin| bin.1).sum();
+        above as f64 / self.facets as f64
     }
 
     /// [`SlopeStatistics::hidden_excess`] tabulated against the cosine, for loops.
@@ -139,17 +140,14 @@ impl SlopeStatistics {
     fn core_scale(&self, map: &HeightMap) -> f64 {
         let (sin, cos) = self.axis_angle.sin_cos();
         let scale = self.axes.map(|a| a.max(1e-3 * self.axes[0]).max(1e-12));
-        let histogram = radial_histogram(map, |p, q| {
-            let (dp, dq) = (p - self.mean[0], q - self.mean[1]);
-            ((cos * dp + sin * dq) / scale[0]).hypot((cos * dq - sin * dp) / scale[1])
-        });
+        let rows = [[cos / scale[0], sin / scale[0]], [-sin / scale[1], cos / scale[1]]];
         // A tenth of a two-dimensional Gaussian lies within 0.459 standard deviations.
         let wanted = self.facets / 10;
         let mut below = 0;
-        for (k, &count) in histogram.iter().enumerate() {
+        for (radius, count) in RadialHistogram::measure(map, self.mean, rows).bins() {
             below += count;
             if below > wanted {
-                return (bin_value(k) / 0.459).clamp(0.02, 1.0);
+                return (radius / 0.459).clamp(0.02, 1.0);
             }
         }
         1.0
@@ -205,32 +203,43 @@ impl Hiding {
     }
 }
 
-fn bin_value(k: usize) -> f64 {
-    (LOG_MIN + (k as f64 + 0.5) / BINS_PER_E).exp()
-}
-
-/// Histogram of `ln radius(p, q)` over all facets; exact counts, so the order of threads cannot matter.
-fn radial_histogram(map: &HeightMap, radius: impl Fn(f64, f64) -> f64 + Sync) -> Vec<u64> {
-    let (_, ny) = slopes::cells(map);
-    (0..ny)
-        .into_par_iter()
-        .fold(
-            || vec![0u64; BINS],
-            |mut counts, row| {
-                slopes::visit_row(map, row, |f| {
-                    let bin = (radius(f.p, f.q).ln() - LOG_MIN) * BINS_PER_E;
-                    counts[(bin.max(0.0) as usize).min(BINS - 1)] += 1;
-                });
-                counts
-            },
-        )
-        .reduce(
-            || vec![0u64; BINS],
-            |mut a, b| {
-                a.iter_mut().zip(b).for_each(|(x, y)| *x += y);
-                a
-            },
-        )
+/// Sums over lanes, which are added to `m` at the end.
+#[simd]
+fn add_moments<S: Simd>(_: S, p: &[f32], q: &[f32], m: &mut Moments) {
+    const LANES: usize = 8;
+    let mut sums = [[0.0f64; LANES]; 6];
+    let mut steepest = [0.0f32; LANES];
+    let mut add = |p: &[f32], q: &[f32], lanes: usize| {
+        for k in 0..lanes {
+            let there = !(p[k] + q[k]).is_nan();
+            let (p, q) = if there { (p[k], q[k]) } else { (0.0, 0.0) };
+            let square = p * p + q * q;
+            steepest[k] = if square > steepest[k] { square } else { steepest[k] };
+            let (p, q) = (f64::from(p), f64::from(q));
+            sums[0][k] += if there { 1.0 } else { 0.0 };
+            sums[1][k] += p;
+            sums[2][k] += q;
+            sums[3][k] += p * p;
+            sums[4][k] += p * q;
+            sums[5][k] += q * q;
+        }
+    };
+    let (some, rest) = p.as_chunks::<LANES>();
+    let (others, other_rest) = q.as_chunks::<LANES>();
+    for (p, q) in some.iter().zip(others) {
+        add(p, q, LANES);
+    }
+    add(rest, other_rest, rest.len());
+    let total = sums.map(|lanes| lanes.iter().sum::<f64>());
+    *m = Moments {
+        n: m.n + total[0] as u64,
+        p: m.p + total[1],
+        q: m.q + total[2],
+        pp: m.pp + total[3],
+        pq: m.pq + total[4],
+        qq: m.qq + total[5],
+        steepest2: m.steepest2.max(f64::from(steepest.iter().copied().fold(0.0, f32::max))),
+    };
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::blocks::SHIFT;
 use super::slopes;
-use super::visibility::{Fate, HeightField, Hit, Ray, plane};
+use super::visibility::{Fate, HeightField, Hit, Ray, plane, quadrant};
 use crate::heightmap::Edges;
 
 /// A ray that crosses this many tiles is as good as horizontal.
@@ -21,14 +21,32 @@ impl HeightField<'_> {
     #[inline]
     pub fn trace(&self, ray: Ray, own: Option<([usize; 2], bool)>) -> Fate {
         let d = ray.direction;
-        if let Some((cell, _)) = own {
-            let sine = f64::from(self.clear_sines(cell)[usize::from(d.x > 0.0) + 2 * usize::from(d.y > 0.0)]);
-            if d.z > 0.0 && d.z * d.z >= sine * sine * d.length_squared() {
+        let mut end = f64::INFINITY;
+        if let Some((cell, _)) = own
+            && d.z > 0.0
+        {
+            let outlook = &self.outlooks(cell)[quadrant(d)];
+            let (flat, sine) = (d.x * d.x + d.y * d.y, f64::from(outlook.sine));
+            if d.z * d.z >= sine * sine * (flat + d.z * d.z) {
                 return Fate::Escaped([1.0, 1.0]);
             }
+            match self.doubtful(outlook, ray.z, d) {
+                Some([_, to]) => end = to / flat.sqrt(),
+                None => return Fate::Escaped([1.0, 1.0]),
+            }
         }
-        March::new(self, ray, own).run(own.map(|o| o.1))
+        March::new(self, ray, own, end).run(own.map(|o| o.1))
     }
+}
+
+/// The lesser and the greater of two numbers, neither of them NaN.
+#[inline]
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+#[inline]
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// A ray under way: `position = o + t d` in samples and metres.
@@ -42,7 +60,7 @@ struct March<'f> {
     /// Cell the ray is in.
     cell: [i64; 2],
     t: f64,
-    /// Beyond this the ray is above everything or below everything.
+    /// Beyond this nothing can be met.
     t_end: f64,
     /// Lower bound of the ray's height above the surface; negative if it may be below, after a gap.
     above: f64,
@@ -51,13 +69,13 @@ struct March<'f> {
 
 impl<'f> March<'f> {
     #[inline]
-    fn new(field: &'f HeightField<'f>, ray: Ray, own: Option<([usize; 2], bool)>) -> Self {
+    fn new(field: &'f HeightField<'f>, ray: Ray, own: Option<([usize; 2], bool)>, end: f64) -> Self {
         let map = field.map();
         let [nx, ny] = field.cells.map(|n| n as i64);
         let d = [ray.direction.x / map.pitch_x, -ray.direction.y / map.pitch_y];
         let (oz, dz) = (ray.z, ray.direction.z);
         let t_end = if dz > 0.0 {
-            (field.highest - oz) / dz
+            lesser((field.highest - oz) / dz, end)
         } else if dz < 0.0 {
             (field.lowest - oz - 1e-9 * (field.highest - field.lowest)) / dz
         } else {
@@ -86,66 +104,100 @@ impl<'f> March<'f> {
         if self.t_end < 0.0 {
             return self.gone();
         }
-        let top = self.field.pyramid.len();
+        let map = self.field.map();
+        let metres = [self.d[0] * map.pitch_x, -self.d[1] * map.pitch_y];
+        let top = self.field.pyramid.len() - 1;
         let mut level = if own.is_some() { 0 } else { top.min(FAR) };
         let mut tiles = 0;
         loop {
             let shift = SHIFT + level as u32;
             let (edge, to) = self.ways_out(shift);
-            let out = to[0].min(to[1]).min(self.t_end).max(self.t);
-            let low = self.oz + self.dz * if self.dz < 0.0 { out } else { self.t };
+            let out = greater(lesser(lesser(to[0], to[1]), self.t_end), self.t);
+            let z_out = self.oz + self.dz * out;
+            let low = if self.dz < 0.0 { z_out } else { self.oz + self.dz * self.t };
             let [c, r] = self.cell.map(|c| c as usize);
-            if level > 0 {
-                let (width, maxima) = &self.field.pyramid[level - 1];
-                let highest = f64::from(maxima[(r >> shift) * width + (c >> shift)]);
-                if low < highest {
-                    level -= 1;
-                    continue;
-                }
-                self.above = (self.oz + self.dz * out - highest).max(0.0);
-                level = (level + 1).min(top);
-            } else {
-                let block = self.field.block(c, r);
-                let highest = f64::from(block.top);
-                let map = self.field.map();
-                let gain = self.dz - block.climb(self.d[0] * map.pitch_x, -self.d[1] * map.pitch_y);
-                let after = self.above + gain * (out - self.t);
-                if low >= highest {
-                    self.above = (self.oz + self.dz * out - highest).max(after).max(0.0);
-                    level = 1.min(top);
-                } else if self.above >= 0.0 && (gain >= 0.0 || after >= 0.0) {
-                    self.above = after;
-                } else {
-                    if let Some(hit) = self.cross_block(highest, own) {
-                        return Fate::Hit(hit);
-                    }
-                    own = None;
-                    if self.t >= self.t_end {
-                        return self.gone();
-                    }
-                    if self.is_outside() && !self.enter_next_tile(&mut tiles) {
-                        return self.fate_beyond(tiles);
-                    }
-                    continue;
+            let (width, maxima) = &self.field.pyramid[level];
+            let highest = f64::from(maxima[(r >> shift) * width + (c >> shift)]);
+            let k = usize::from(to[0] > to[1]);
+            let clear = low >= highest;
+            if clear {
+                self.above = greater(z_out - highest, 0.0);
+            } else if level > 0 {
+                level -= 1;
+                continue;
+            } else if !self.passes(c, r, [metres[0] * self.flip[0], metres[1] * self.flip[1]], out, k) {
+                if let Some(hit) = self.cross_block(highest, own) {
+                    return Fate::Hit(hit);
                 }
                 own = None;
+                if self.t >= self.t_end {
+                    return self.gone();
+                }
+                if self.is_outside() && !self.enter_next_tile(&mut tiles) {
+                    return self.fate_beyond(tiles);
+                }
+                continue;
             }
+            own = None;
             if out >= self.t_end {
                 return self.gone();
             }
             // The crossed edge fixes one index exactly, the other follows the ray but may not leave the block it is in.
-            let k = usize::from(to[0] > to[1]);
             let j = 1 - k;
             let first = self.cell[j] >> shift << shift;
             let last = (first + (1 << shift)).min(self.field.cells[j] as i64) - 1;
             // Positions are not negative, so truncation is the floor, and cheaper.
             self.cell[j] = ((self.o[j] + self.d[j] * out) as i64).clamp(first, last);
+            let left = self.cell[k];
             self.cell[k] = if self.d[k] > 0.0 { edge[k] } else { edge[k] - 1 };
+            // Larger strides begin where a larger square does.
+            if clear && level < top && (left ^ self.cell[k]) >> (shift + 1) != 0 {
+                level += 1;
+            }
             self.t = out;
             if self.is_outside() && !self.enter_next_tile(&mut tiles) {
                 return self.fate_beyond(tiles);
             }
         }
+    }
+
+    /// Whether the ray is sure to meet nothing in its block up to `out`, where it leaves along axis `k`: its height above the
+    /// surface outlasts the block's slopes, or it is above all edges on the way.
+    fn passes(&mut self, c: usize, r: usize, metres: [f64; 2], out: f64, k: usize) -> bool {
+        if self.above < 0.0 {
+            return false;
+        }
+        let quadrant = usize::from(metres[0] > 0.0) + 2 * usize::from(metres[1] > 0.0);
+        let gain = self.dz - self.field.block(c, r).climb(quadrant).along(metres[0], metres[1]);
+        let after = self.above + gain * (out - self.t);
+        // An unknown climb compares as false.
+        if gain >= 0.0 || after >= 0.0 {
+            self.above = after;
+            return true;
+        }
+        // A ray that comes down will hardly miss.
+        if self.dz < 0.0 || !self.field.is_above_edges(self.o, self.d, [self.oz, self.dz], [self.t, out]) {
+            return false;
+        }
+        if out < self.t_end {
+            // The edge the ray leaves by belongs to the last cell before the border.
+            let mut last = self.cell;
+            last[k] = if self.d[k] > 0.0 {
+                (self.cell[k] >> SHIFT << SHIFT) + (1 << SHIFT) - 1
+            } else {
+                self.cell[k] >> SHIFT << SHIFT
+            };
+            last[k] = last[k].min(self.field.cells[k] as i64 - 1);
+            let j = 1 - k;
+            last[j] = ((self.o[j] + self.d[j] * out) as i64).clamp(0, self.field.cells[j] as i64 - 1);
+            let corners = self.field.corners(last[0] as usize, last[1] as usize);
+            let height = self.height_over(corners, last, out, k);
+            if !(height >= 0.0) {
+                return false;
+            }
+            self.above = height;
+        }
+        true
     }
 
     /// Edges of the square of `1 << shift` cells that the ray will leave by, and when.
@@ -171,21 +223,29 @@ impl<'f> March<'f> {
             // Nothing can be met above the highest vertex.
             let entry = (highest - self.oz) / self.dz;
             if entry > self.t {
-                self.t = entry.min(self.t_end);
+                self.t = lesser(entry, self.t_end);
                 self.above = 0.0;
                 for k in 0..2 {
                     self.cell[k] = ((self.o[k] + self.d[k] * self.t) as i64).clamp(first[k], last[k]);
                 }
             }
         }
+        let ahead = self.d.map(|d| i64::from(d > 0.0));
+        let way = |march: &Self, k: usize| {
+            if march.d[k] == 0.0 {
+                return f64::INFINITY;
+            }
+            ((march.cell[k] + ahead[k]) as f64 - march.o[k]) * march.inverse[k]
+        };
+        let mut to = [way(self, 0), way(self, 1)];
         let mut own = own;
         loop {
-            let (edge, to) = self.ways_out(0);
-            let out = to[0].min(to[1]).min(self.t_end).max(self.t);
+            let out = greater(lesser(lesser(to[0], to[1]), self.t_end), self.t);
             let low = self.oz + self.dz * if self.dz < 0.0 { out } else { self.t };
             let corners = self.field.corners(self.cell[0] as usize, self.cell[1] as usize);
+            let [a, b, c, d] = corners.map(|h| low >= f64::from(h));
             // A comparison with a missing vertex fails and sends the ray to the closer look.
-            if own.is_none() && corners.iter().all(|&h| low >= f64::from(h)) {
+            if own.is_none() && (a & b & c & d) {
                 self.above = 0.0;
             } else if let Some((upper, at)) = self.cross_cell(corners, out, own) {
                 return Some(self.hit(corners, upper, at));
@@ -196,19 +256,25 @@ impl<'f> March<'f> {
                 return None;
             }
             let k = usize::from(to[0] > to[1]);
-            self.cell[k] = if self.d[k] > 0.0 { edge[k] } else { edge[k] - 1 };
+            let left = self.cell;
+            self.cell[k] += 2 * ahead[k] - 1;
             if self.cell[k] < first[k] || self.cell[k] > last[k] {
-                self.above = if self.above >= 0.0 { self.height_over_border(corners, k) } else { self.above };
+                if self.above >= 0.0 {
+                    let height = self.height_over(corners, left, out, k);
+                    // The ray was above; what rounding says against it must not count. A gap gives no bound.
+                    self.above = if height.is_nan() { f64::NEG_INFINITY } else { greater(height, 0.0) };
+                }
                 return None;
             }
+            to[k] = way(self, k);
         }
     }
 
-    /// Height above the border of the cell just left along axis `k`; a gap gives no bound.
+    /// Height at `t` above the edge by which the ray leaves `cell` along axis `k`; NaN over a gap.
     #[inline]
-    fn height_over_border(&self, [a, b, c, d]: [f32; 4], k: usize) -> f64 {
+    fn height_over(&self, [a, b, c, d]: [f32; 4], cell: [i64; 2], t: f64, k: usize) -> f64 {
         let j = 1 - k;
-        let along = (self.o[j] + self.d[j] * self.t - self.cell[j] as f64).clamp(0.0, 1.0);
+        let along = greater(lesser(self.o[j] + self.d[j] * t - cell[j] as f64, 1.0), 0.0);
         let ends = match (k, self.d[k] > 0.0) {
             (0, true) => [b, d],
             (0, false) => [a, c],
@@ -216,9 +282,7 @@ impl<'f> March<'f> {
             (_, false) => [a, b],
         };
         let [from, to] = ends.map(f64::from);
-        let height = self.oz + self.dz * self.t - (from + along * (to - from));
-        // The ray was above; what rounding says against it must not count.
-        if height.is_nan() { f64::NEG_INFINITY } else { height.max(0.0) }
+        self.oz + self.dz * t - (from + along * (to - from))
     }
 
     /// First triangle of the cell met between `self.t` and `out`, and where.
@@ -228,7 +292,7 @@ impl<'f> March<'f> {
         // The triangle before the diagonal, and the time there.
         let before = dw < 0.0;
         let diagonal = if dw != 0.0 {
-            (-w / dw).clamp(self.t, out)
+            greater(lesser(-w / dw, out), self.t)
         } else if (w > 0.0) == before {
             out
         } else {
@@ -260,7 +324,7 @@ impl<'f> March<'f> {
             if end >= 0.0 {
                 self.above = end;
             } else if came_above && rate < 0.0 {
-                return Some((upper, (-height / rate).clamp(from, to)));
+                return Some((upper, greater(lesser(-height / rate, to), from)));
             } else if !came_above {
                 self.above = f64::NEG_INFINITY;
             }

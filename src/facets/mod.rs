@@ -3,6 +3,9 @@
 pub mod blocks;
 pub mod distribution;
 pub mod march;
+pub mod radial;
+pub mod row_sight;
+pub mod sight;
 pub mod slopes;
 pub mod visibility;
 

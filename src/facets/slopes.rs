@@ -1,6 +1,8 @@
 //! Slopes of the two triangles of every cell.
 
 use crate::heightmap::{Edges, HeightMap};
+use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd_macros::simd;
 
 /// One triangle of a cell. The diagonal runs from (row, col) to (row+1, col+1).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,6 +67,37 @@ pub fn visit_row(map: &HeightMap, row: usize, mut visit: impl FnMut(Facet)) {
     }
 }
 
+/// Calls `visit` with the slopes `p` and `q` of all lower, then of all upper facets of each cell row, in f32; NaN where a
+/// facet is missing.
+pub fn visit_lanes(map: &HeightMap, rows: std::ops::Range<usize>, mut visit: impl FnMut(&[f32], &[f32])) {
+    let level = Level::new();
+    let (nx, _) = cells(map);
+    let (mut top, mut bottom) = (Vec::new(), Vec::new());
+    let (mut p, mut q) = (vec![0.0; nx], vec![0.0; nx]);
+    let per_pitch = [(1.0 / map.pitch_x) as f32, (1.0 / map.pitch_y) as f32];
+    vertices(map, rows.start, &mut bottom);
+    for row in rows {
+        std::mem::swap(&mut top, &mut bottom);
+        vertices(map, row + 1, &mut bottom);
+        for upper in [false, true] {
+            // The lower facets rise along the lower side of their cells and across at the left, the upper ones the other way.
+            let (along, across) = if upper { (&top, 1) } else { (&bottom, 0) };
+            dispatch!(level, simd => differences(simd, &along[1..], along, per_pitch[0], &mut p));
+            dispatch!(level, simd => differences(simd, &top[across..], &bottom[across..], per_pitch[1], &mut q));
+            visit(&p, &q);
+        }
+    }
+}
+
+#[simd]
+fn differences<S: Simd>(_: S, high: &[f32], low: &[f32], per_pitch: f32, out: &mut [f32]) {
+    let n = out.len();
+    let (high, low) = (&high[..n], &low[..n]);
+    for k in 0..n {
+        out[k] = (high[k] - low[k]) * per_pitch;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -95,6 +128,28 @@ mod tests {
         let mut count = 0;
         (0..4).for_each(|row| visit_row(&m, row, |_| count += 1));
         assert_eq!(count, 2 * 16 - 6);
+    }
+
+    #[test]
+    fn lanes_are_the_facets_in_f32() {
+        for edges in [Edges::Open, Edges::Periodic] {
+            let mut heights = Array2::from_shape_fn((7, 9), |(r, c)| ((r * r + 3 * c) % 5) as f32);
+            heights[[3, 4]] = f32::NAN;
+            let m = map(heights, edges);
+            for row in 0..cells(&m).1 {
+                let mut facets = Vec::new();
+                visit_row(&m, row, |f| facets.push((f.upper, f.column, f.p as f32, f.q as f32)));
+                let mut lanes = Vec::new();
+                let mut upper = false;
+                visit_lanes(&m, row..row + 1, |p, q| {
+                    let all = p.iter().zip(q).enumerate().map(|(c, (&p, &q))| (upper, c, p, q));
+                    lanes.extend(all.filter(|f| !(f.2 + f.3).is_nan()));
+                    upper = true;
+                });
+                facets.sort_by_key(|f| (f.0, f.1));
+                assert_eq!(lanes, facets);
+            }
+        }
     }
 
     #[test]

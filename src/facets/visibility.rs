@@ -1,6 +1,6 @@
 //! First hit of a ray on the height field: who hides whom.
 
-use super::blocks::{Block, Blocks};
+use super::blocks::{Block, Blocks, Outlook};
 use super::slopes;
 use crate::heightmap::HeightMap;
 use glam::DVec3;
@@ -45,15 +45,15 @@ pub enum Fate {
 /// The two-triangle surface over a map with bounds of its blocks: their highest vertices in a pyramid, their slopes,
 /// and how far up a beam must go to be free.
 ///
-/// About a thirtieth of the heights in memory. [`HeightField::trace`] gives the exact first hit.
+/// About half the heights in memory. [`HeightField::trace`] gives the exact first hit.
 pub struct HeightField<'a> {
     map: &'a HeightMap,
     pub(super) heights: Cow<'a, [f32]>,
     pub(super) cells: [usize; 2],
     pub(super) blocks: Blocks,
-    /// Highest vertices of squares of 2, 4, 8, ... blocks: width and values.
+    /// Highest vertices of squares of 1, 2, 4, ... blocks: width and values.
     pub(super) pyramid: Vec<(usize, Vec<f32>)>,
-    clear: Vec<[f32; 4]>,
+    outlooks: Vec<[Outlook; 4]>,
     pub(super) lowest: f64,
     pub(super) highest: f64,
 }
@@ -64,8 +64,10 @@ impl<'a> HeightField<'a> {
         let (nx, ny) = slopes::cells(map);
         let blocks = Blocks::new(map);
         let highest = blocks.blocks.iter().map(|b| b.top).fold(f32::NEG_INFINITY, f32::max);
-        let lowest = blocks.lowest();
-        let clear = blocks.clear_sines(map, highest);
+        // Even a flat map has an above and a below, or no ray would cross it.
+        let depth = if blocks.lowest() == highest { 1e-9 * map.pitch_x.min(map.pitch_y) } else { 0.0 };
+        let lowest = f64::from(blocks.lowest()) - depth;
+        let outlooks = blocks.outlooks(map, highest);
         let heights = match map.heights.as_slice() {
             Some(heights) => Cow::Borrowed(heights),
             None => Cow::Owned(map.heights.iter().copied().collect()),
@@ -76,8 +78,8 @@ impl<'a> HeightField<'a> {
             cells: [nx, ny],
             pyramid: pyramid(&blocks),
             blocks,
-            clear,
-            lowest: f64::from(lowest),
+            outlooks,
+            lowest,
             highest: f64::from(highest),
         }
     }
@@ -107,11 +109,11 @@ impl<'a> HeightField<'a> {
         z.is_finite().then_some(z)
     }
 
-    /// Sine of the elevation above which a beam that leaves the surface in a cell is sure to escape, for each quadrant:
-    /// towards +x if `k & 1`, towards +y if `k & 2`. A bound, not a horizon: what goes lower may escape, too.
+    /// What may stand in the way of beams that leave the surface in a cell, for each quadrant: towards +x if `k & 1`,
+    /// towards +y if `k & 2`. Bounds, not horizons: what they do not let through may escape, too.
     #[inline]
-    pub fn clear_sines(&self, [column, row]: [usize; 2]) -> &[f32; 4] {
-        &self.clear[self.blocks.index(column, row)]
+    pub fn outlooks(&self, [column, row]: [usize; 2]) -> &[Outlook; 4] {
+        &self.outlooks[self.blocks.index(column, row)]
     }
 
     /// Heights of the corners of a cell as [`slopes::of_corners`] takes them.
@@ -131,6 +133,12 @@ impl<'a> HeightField<'a> {
     }
 }
 
+/// The quadrant a direction points to, as [`HeightField::outlooks`] counts them.
+#[inline]
+pub fn quadrant(d: DVec3) -> usize {
+    usize::from(d.x > 0.0) + 2 * usize::from(d.y > 0.0)
+}
+
 /// `h = g0 + gu u + gv v` over one triangle of a cell, u along the columns, v along the rows.
 #[inline]
 pub(super) fn plane([a, b, c, d]: [f32; 4], upper: bool) -> [f64; 3] {
@@ -140,17 +148,18 @@ pub(super) fn plane([a, b, c, d]: [f32; 4], upper: bool) -> [f64; 3] {
 
 /// Maximum mipmap over the blocks (Tevs, Ihrke and Seidel 2008).
 fn pyramid(blocks: &Blocks) -> Vec<(usize, Vec<f32>)> {
-    let mut levels: Vec<(usize, Vec<f32>)> = Vec::new();
-    let (mut width, mut below): (usize, Vec<f32>) = (blocks.width, blocks.blocks.iter().map(|b| b.top).collect());
-    while below.len() > 1 {
+    let mut levels = vec![(blocks.width, blocks.blocks.iter().map(|b| b.top).collect::<Vec<f32>>())];
+    loop {
+        let (width, below) = &levels[levels.len() - 1];
+        if below.len() == 1 {
+            return levels;
+        }
         let (half, rows) = (width.div_ceil(2), (below.len() / width).div_ceil(2));
         let mut maxima = vec![f32::NEG_INFINITY; half * rows];
         for (k, &m) in below.iter().enumerate() {
             let target = &mut maxima[k / width / 2 * half + k % width / 2];
             *target = target.max(m);
         }
-        levels.push((half, maxima.clone()));
-        (width, below) = (half, maxima);
+        levels.push((half, maxima));
     }
-    levels
 }

@@ -11,6 +11,13 @@ pub const MOST_SPIKES: f64 = 0.01;
 /// A full sentence with advice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Warning {
+    /// The file states its own pitch, so the one given for it was not used.
+    PitchOfFile {
+        /// Pitch along x and y as the file has it \[m\].
+        stated: [f64; 2],
+        /// As given \[m\].
+        given: [f64; 2],
+    },
     /// Instrument noise explains much of the slopes.
     NoiseInSlopes {
         /// Standard deviation of the height noise \[m\].
@@ -47,6 +54,15 @@ pub enum Warning {
 impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match *self {
+            Warning::PitchOfFile { stated, given } => write!(
+                f,
+                "The file states a pitch of {:.6} x {:.6} um, which was used; the {:.6} x {:.6} um given are for files \
+                 without one. If the file is wrong, convert it to .npy and give the pitch with that.",
+                stated[0] * 1e6,
+                stated[1] * 1e6,
+                given[0] * 1e6,
+                given[1] * 1e6
+            ),
             Warning::NoiseInSlopes { noise, share, sdq: [measured, corrected] } => write!(
                 f,
                 "Instrument noise of {:.3} nm makes {:.1} % of the slope variance (more than {:.0} %): Sdq is {corrected:.5} \

@@ -6,6 +6,7 @@
 use super::geometry::Geometry;
 use super::path::Path;
 use super::plan::{LEANINGS, Plan};
+use crate::error::{Error, Result};
 use crate::math::Estimate;
 use crate::optics::Brdf;
 use sobol_burley::sample_4d;
@@ -47,6 +48,21 @@ impl Options {
         Options { tolerance: 0.2, points: 32, max_points: 512, ..Self::default() }
     }
 
+    /// Checks that there is something to do.
+    ///
+    /// # Errors
+    /// `Error::Parameter` if there is no azimuth, one of them is not a number, or the tolerance is not positive.
+    pub fn validate(&self) -> Result<()> {
+        let what = if self.azimuths.is_empty() || self.azimuths.iter().any(|phi| !phi.is_finite()) {
+            "the meter needs at least one source azimuth, in degrees"
+        } else if !(self.tolerance > 0.0) {
+            "the tolerance of the meter is not above 0"
+        } else {
+            return Ok(());
+        };
+        Err(Error::parameter(what, "start from the default options and change one"))
+    }
+
     /// Source azimuths to average over \[rad\].
     pub fn with_azimuths(self, azimuths: impl Into<Vec<f64>>) -> Self {
         Options { azimuths: azimuths.into(), ..self }
@@ -70,7 +86,7 @@ pub fn gloss(brdf: &dyn Brdf, geometry: &Geometry, options: &Options) -> Estimat
 }
 
 /// `scale` times the flux of everything but the specular core, summed over `paths`.
-fn integrate(brdf: &dyn Brdf, paths: &[Path], options: &Options, scale: f64) -> Estimate {
+pub(super) fn integrate(brdf: &dyn Brdf, paths: &[Path], options: &Options, scale: f64) -> Estimate {
     let seed = options.seed.wrapping_mul(0x9E37_79B9);
     let training = options.points.saturating_mul(TRAINING).clamp(1, LONGEST);
     let plans: Vec<(&Path, Plan)> = paths.iter().map(|path| (path, Plan::new(path, brdf, training, seed))).collect();

@@ -34,7 +34,8 @@ pub fn polarised(cos_theta: f64, n: f64, k: f64) -> [f64; 2] {
     let sin2 = 1.0 - c * c;
     let (er, ei) = (n * n - k * k, 2.0 * n * k);
     let (re, im) = (er - sin2, ei);
-    let modulus = re.hypot(im);
+    // Squares of indices are far from overflow, and a root is cheaper than hypot.
+    let modulus = (re * re + im * im).sqrt();
     let gr = ((modulus + re).max(0.0) / 2.0).sqrt();
     let gi = ((modulus - re).max(0.0) / 2.0).sqrt();
     let ratio = |ar: f64, ai: f64| {

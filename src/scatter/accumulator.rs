@@ -4,7 +4,8 @@ use super::tally::{BOUNCES, Tally};
 use serde::{Deserialize, Serialize};
 
 /// Weights are counted in steps of 2^-40, up to 2^23: the projected area of a facet of slope 10^4 lit at 89.9 deg.
-const STEPS_PER_UNIT: f64 = (1u64 << 40) as f64;
+const STEP_BITS: u32 = 40;
+const STEPS_PER_UNIT: f64 = (1u64 << STEP_BITS) as f64;
 /// Squares of weights, in steps of 2^-60.
 const SQUARE_SHIFT: u32 = 20;
 const SQUARE_STEPS_PER_UNIT: f64 = (1u64 << 60) as f64;
@@ -101,13 +102,42 @@ impl Accumulator {
         self.shadowed += i128::from(steps(weight));
     }
 
-    /// A facet of a half-vector cell was asked.
+    /// So many facets of a half-vector cell were asked.
     #[inline]
-    pub fn asked(&mut self, cell: usize) {
+    pub fn asked(&mut self, cell: usize, facets: u64) {
         if self.asked.is_empty() {
             self.asked = vec![0; self.bins[0].len()];
         }
-        self.asked[cell] += 1;
+        self.asked[cell] += facets;
+    }
+
+    /// Beams of so much weight, whose escaped energy is added apart by [`Accumulator::first_bounces`]; in steps of `2^-bits`.
+    pub fn arrived_steps(&mut self, weight: u64, bits: u32) {
+        let weight = i128::from(weight) << (STEP_BITS - bits);
+        self.incident += weight;
+        self.absorbed += weight;
+    }
+
+    /// Facets of so much projected area that the source does not see, in steps of `2^-bits`.
+    pub fn shadowed_steps(&mut self, weight: u64, bits: u32) {
+        self.shadowed += i128::from(weight) << (STEP_BITS - bits);
+    }
+
+    /// So many beams that left for a detector, or as the specular core, after one bounce: sums of their energies and of their
+    /// squares, each with the bits of its step.
+    pub fn first_bounces(&mut self, detector: Option<usize>, beams: u64, energy: (u64, u32), squared: (u64, u32)) {
+        let energy = i128::from(energy.0) << (STEP_BITS - energy.1);
+        match detector {
+            Some(detector) => {
+                let bin = &mut self.bins[0][detector];
+                bin.hits += beams;
+                bin.energy += energy;
+                bin.squared += i128::from(squared.0) << (2 * STEP_BITS - SQUARE_SHIFT - squared.1);
+            }
+            None => self.core += energy,
+        }
+        self.absorbed -= energy;
+        self.beams += beams;
     }
 
     /// Number of detectors.
@@ -197,7 +227,7 @@ mod tests {
                 2 => sum.shadowed(weight),
                 _ => sum.escaped((n * 13 % 7) as usize, 1 + (n % 5) as u32, weight, energy),
             }
-            sum.asked((n % 7) as usize);
+            sum.asked((n % 7) as usize, 1);
         }
         sum
     }

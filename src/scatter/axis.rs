@@ -63,11 +63,61 @@ impl Axis {
         (u.clamp(-inside, inside) + (f64::from(self.half) + 0.5)) as usize
     }
 
+    /// The same axis for lanes.
+    pub fn lanes(&self) -> AxisLanes {
+        AxisLanes {
+            core: self.core as f32 + 0.5,
+            per_octave: self.per_octave as f32,
+            octaves_per_cell: 1.0 / self.per_octave as f32,
+            half: self.half as f32,
+        }
+    }
+
     /// Width of cell `k` in core cells.
     pub fn width(&self, k: usize) -> f64 {
         let u = k as f64 - f64::from(self.half);
         self.place(u + 0.5) - self.place(u - 0.5)
     }
+}
+
+/// An [`Axis`] in f32, made of operations that work on lanes side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct AxisLanes {
+    core: f32,
+    per_octave: f32,
+    octaves_per_cell: f32,
+    half: f32,
+}
+
+/// 2^23, to whose last places whole numbers can be added as bits.
+const TWO_23: u32 = 0x4b00_0000;
+
+impl AxisLanes {
+    /// As [`Axis::coordinate`] for `x >= 0`.
+    #[inline(always)]
+    pub fn coordinate(&self, x: f32) -> f32 {
+        let tail = if x > self.core { x - self.core } else { 0.0 };
+        let bits = (1.0 + tail * self.octaves_per_cell).to_bits();
+        let exponent = f32::from_bits(bits >> 23 | TWO_23) - (f32::from_bits(TWO_23) + 127.0);
+        let log2 = exponent + (f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000) - 1.0);
+        (if x < self.core { x } else { self.core }) + self.per_octave * log2
+    }
+
+    /// Cell of `x`, as [`Axis::cell`] of [`Axis::coordinate`]; a NaN falls into some cell.
+    #[inline(always)]
+    pub fn cell(&self, x: f32) -> u32 {
+        let u = self.coordinate(x.abs());
+        let inside = self.half - 0.75;
+        let u = if u < inside { u } else { inside };
+        (u.copysign(x) + self.half + f32::from_bits(TWO_23)).to_bits() & 0x007f_ffff
+    }
+}
+
+/// The whole part of `x >= 0` below 2^22.
+#[inline(always)]
+pub fn whole(x: f32) -> u32 {
+    let shifted = if x > 0.5 { x - 0.5 } else { 0.0 };
+    (shifted + f32::from_bits(TWO_23)).to_bits() & 0x007f_ffff
 }
 
 /// Bits of 1.0, of the mantissa, and of 2^52, to whose last places small whole numbers can be added as bits.
@@ -119,6 +169,24 @@ mod tests {
         for (w, e) in widths.iter().zip(expected) {
             assert!((w - e).abs() < 1e-12, "{widths:?}");
         }
+    }
+
+    /// Same cells as in f64, but for what lies within rounding of a border.
+    #[test]
+    fn lanes_are_the_axis_in_f32() {
+        let axis = Axis::reaching(3000.0, 7, 4);
+        let lanes = axis.lanes();
+        for k in -200_000..=200_000 {
+            let x = f64::from(k).powi(3) * 1e-12;
+            let u = axis.coordinate(x);
+            let cell = lanes.cell(x as f32) as usize;
+            assert!(cell.abs_diff(axis.cell(u)) <= usize::from(((u + 0.5).round() - u - 0.5).abs() < 1e-4), "{x}");
+        }
+        for x in [f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1e30, -1e30] {
+            let cell = lanes.cell(x) as usize;
+            assert!(cell >= 1 && cell + 1 < axis.len(), "{x}: {cell}");
+        }
+        assert_eq!([0.0, 0.49, 0.99, 1.01, 1.3, 7.6].map(whole), [0, 0, 0, 1, 1, 7]);
     }
 
     #[test]

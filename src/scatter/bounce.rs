@@ -43,7 +43,7 @@ impl Walk<'_> {
     /// Whether a beam leaving a facet along `w` meets the surface again.
     #[inline]
     pub fn onward(&self, arrival: &Arrival, w: DVec3) -> Fate {
-        if w.z >= self.steepest * w.x.hypot(w.y) {
+        if w.z > 0.0 && w.z * w.z >= self.steepest * self.steepest * (w.x * w.x + w.y * w.y) {
             return Fate::Escaped([1.0, 1.0]);
         }
         let [column, row, z] = arrival.point;
@@ -51,7 +51,13 @@ impl Walk<'_> {
     }
 
     /// Reflects the beam until it escapes, each bounce keeping `R(beta)` of its energy.
-    pub fn follow(&self, mut arrival: Arrival) -> Departure {
+    #[inline]
+    pub fn follow(&self, arrival: Arrival) -> Departure {
+        self.follow_on(arrival, None)
+    }
+
+    /// As [`Walk::follow`] when the fate of the first reflection is known.
+    pub fn follow_on(&self, mut arrival: Arrival, mut first: Option<Fate>) -> Departure {
         let (mut energy, mut absorbed) = (1.0, 0.0);
         for bounce in 1..=self.max_bounces {
             let n = frame::normal_of_slope(arrival.slope.0, arrival.slope.1);
@@ -59,9 +65,10 @@ impl Walk<'_> {
             absorbed += energy * (1.0 - reflectance);
             energy *= reflectance;
             let wo = frame::reflect(arrival.back, n);
-            match self.onward(&arrival, wo) {
-                Fate::Escaped(flip) if wo.z > 0.0 => {
-                    let sign = DVec3::new(arrival.flip[0] * flip[0], arrival.flip[1] * flip[1], 1.0);
+            match first.take().unwrap_or_else(|| self.onward(&arrival, wo)) {
+                Fate::Escaped(_) if wo.z > 0.0 => {
+                    // In the unfolded map the beam goes straight on; the tiles it crosses no longer matter.
+                    let sign = DVec3::new(arrival.flip[0], arrival.flip[1], 1.0);
                     return Departure { escaped: Some((wo * sign, energy)), absorbed, lost: 0.0, bounces: bounce };
                 }
                 Fate::Hit(hit) => {

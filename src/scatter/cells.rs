@@ -1,6 +1,6 @@
 //! Detectors in the half-vector plane: cells of the slope a facet must have to send `wi` to `wo`.
 
-use super::axis::Axis;
+use super::axis::{Axis, AxisLanes};
 use crate::facets::SlopeStatistics;
 use crate::math::{half_vector, slope_of_half_vector};
 use glam::DVec3;
@@ -44,6 +44,25 @@ pub struct HalfVectorCells {
     to_slope: [[f64; 2]; 2],
 }
 
+/// [`HalfVectorCells`] in f32, made of operations that work on lanes side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct CellLanes {
+    centre: [f32; 2],
+    to_x: [[f32; 2]; 2],
+    axes: [AxisLanes; 2],
+    row_length: u32,
+}
+
+impl CellLanes {
+    /// Cell of the slope `(p, q)`.
+    #[inline(always)]
+    pub fn locate(&self, p: f32, q: f32) -> u32 {
+        let (p, q) = (p - self.centre[0], q - self.centre[1]);
+        let [a, b] = self.to_x;
+        self.axes[1].cell(b[0] * p + b[1] * q) * self.row_length + self.axes[0].cell(a[0] * p + a[1] * q)
+    }
+}
+
 /// Interpolation stencil: four cells and their weights, which sum to 1.
 pub type Stencil = [(usize, f64); 4];
 
@@ -59,9 +78,14 @@ impl HalfVectorCells {
     /// Cells that follow the measured lobe, fine enough that interpolation misses less than about `tolerance` of the energy
     /// (mean absolute difference) of a Gaussian lobe. `isotropic`: square and centred on the mean normal.
     pub fn for_lobe(statistics: &SlopeStatistics, isotropic: bool, tolerance: f64) -> Self {
+        Self::for_core(statistics, statistics.core, isotropic, tolerance)
+    }
+
+    /// As [`HalfVectorCells::for_lobe`], the core of the lobe being so many principal slopes wide.
+    pub fn for_core(statistics: &SlopeStatistics, core: f64, isotropic: bool, tolerance: f64) -> Self {
         let scale = if isotropic { [statistics.sdq / std::f64::consts::SQRT_2; 2] } else { statistics.axes };
         let (centre, angle) = if isotropic { ([0.0; 2], 0.0) } else { (statistics.mean, statistics.axis_angle) };
-        Self::new(centre, scale.map(|s| (s * statistics.core).max(FINEST)), angle, tolerance)
+        Self::new(centre, scale.map(|s| (s * core).max(FINEST)), angle, tolerance)
     }
 
     /// Cells about `centre` for a lobe of standard deviations `scale` along axes turned by `angle` \[rad\].
@@ -118,6 +142,17 @@ impl HalfVectorCells {
     pub fn locate(&self, p: f64, q: f64) -> usize {
         let [u, v] = self.coordinates(p, q);
         self.axes[1].cell(v) * self.row_length() + self.axes[0].cell(u)
+    }
+
+    /// What [`HalfVectorCells::locate`] needs, for lanes.
+    pub fn lanes(&self) -> CellLanes {
+        let factors = |row: [f64; 3]| [row[0] as f32, row[1] as f32];
+        CellLanes {
+            centre: self.centre.map(|x| x as f32),
+            to_x: self.to_x.map(factors),
+            axes: self.axes.each_ref().map(Axis::lanes),
+            row_length: self.row_length() as u32,
+        }
     }
 
     /// Cell of the half vector of `wi` and `wo`, both above the surface.

@@ -1,37 +1,39 @@
 //! The deterministic facet sum: every facet is a beam.
 
 use super::accumulator::Accumulator;
-use super::bounce::{Arrival, Walk};
+use super::bounce::{Arrival, Departure, Walk};
 use super::detectors::Detectors;
-use super::facing::facing;
-use super::selection::Selection;
-use super::tally::CORE_SLOPE;
-use crate::facets::slopes::{self, Facet};
-use crate::facets::visibility::Fate;
+use super::facing::{Facing, facing};
+use super::first_bounces::FirstBounces;
+use super::lanes::{self, Ground, Lanes, Light};
+use super::selection::{Footprint, Selection};
+use crate::facets::blocks::SIDE;
+use crate::facets::row_sight::{self, RUN, RowSight};
+use crate::facets::slopes;
+use crate::facets::visibility::{Fate, quadrant};
 use crate::math::direction;
+use fearless_simd::Level;
 use glam::DVec3;
 use rayon::prelude::*;
 
 /// Fractional part of the golden ratio: its multiples fill a circle as evenly as any number of points can.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// Fractional part of the plastic number: chooses facets evenly and unrelated to their azimuth.
+/// Fractional part of the plastic number: chooses runs evenly and unrelated to their azimuth.
 const PLASTIC: f64 = 0.754_877_666_246_692_7;
 
-/// Rows per task.
-const ROWS: usize = 16;
-
-/// The azimuth of the source: one, or all of them averaged by giving every facet its own.
+/// The azimuth of the source: one, or all of them averaged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Azimuth {
     /// `phi_i` \[rad\].
     Fixed(f64),
-    /// Isotropic average; cells then lie in the frame of the source (`phi_i = 0`).
+    /// Isotropic average: every run of facets and every ray has its own, all evenly spread; cells then lie in the frame of the
+    /// source (`phi_i = 0`).
     Averaged,
 }
 
 impl Azimuth {
-    /// Azimuth for item `k` when averaging, and the turn into the frame of the cells.
+    /// Azimuth for an item at place `u` of a turn when averaging, and the turn into the frame of the cells.
     #[inline]
     pub fn of(self, u: f64) -> (f64, f64) {
         match self {
@@ -52,8 +54,10 @@ pub fn turned_back(v: DVec3, angle: f64) -> DVec3 {
 }
 
 /// `E_k = sum over facets of w V R(beta) [o in k] / sum w V`, with `w = max(0, 1 - tan(theta_i) (p cos phi_i + q sin phi_i))`
-/// and V = 1 where a short march from the facet's centroid reaches the source; a blocked exit goes on as a ray.
+/// and V = 1 where the way from the facet's centroid to the source is free; a blocked exit goes on as a ray.
 ///
+/// Runs of [`RUN`] cells of a row share one azimuth. What they weigh and reflect, and whether they see the source, is worked
+/// out side by side in f32; beams that do not climb above all that could stand in their way are asked one by one in f64.
 /// `selection` says which facets are lit. Deterministic: same map, same sums, for any number of threads or parts.
 pub fn facet_sum<D: Detectors + ?Sized>(
     walk: &Walk,
@@ -62,83 +66,185 @@ pub fn facet_sum<D: Detectors + ?Sized>(
     azimuth: Azimuth,
     selection: &Selection,
 ) -> Accumulator {
-    let map = walk.field.map();
+    let sum = FacetSum { walk, detectors, theta_i, azimuth, share: selection.share, level: Level::new() };
     let lit = selection.lit(walk.field.cells());
-    let blocks = lit.rows[0] / ROWS..lit.rows[1].div_ceil(ROWS);
-    blocks
+    let bands = lit.rows[0] / SIDE..lit.rows[1].div_ceil(SIDE);
+    bands
         .into_par_iter()
-        .filter(|&block| selection.part.has(block as u64))
+        .filter(|&band| selection.part.has(band as u64))
         .fold(
-            || Accumulator::new(detectors.len()),
-            |mut sum, block| {
-                for row in (block * ROWS).max(lit.rows[0])..((block + 1) * ROWS).min(lit.rows[1]) {
-                    slopes::visit_row(map, row, |facet| {
-                        let id = (facet.row * walk.field.cells()[0] + facet.column) * 2 + usize::from(facet.upper);
-                        let inside = (lit.columns[0]..lit.columns[1]).contains(&facet.column);
-                        if inside && (id as f64 * PLASTIC).fract() < selection.share {
-                            add_facet(walk, detectors, theta_i, azimuth, id, facet, &mut sum);
-                        }
-                    });
-                }
-                sum
+            || (Accumulator::new(detectors.len()), FirstBounces::new(detectors)),
+            |(mut slow, mut fast), band| {
+                sum.add_band(band, lit, &mut slow, &mut fast);
+                (slow, fast)
             },
         )
+        .map(|(slow, fast)| slow.merged(fast.sums()))
         .reduce(|| Accumulator::new(detectors.len()), Accumulator::merged)
 }
 
-fn add_facet<D: Detectors + ?Sized>(
-    walk: &Walk,
-    detectors: &D,
+struct FacetSum<'a, D: Detectors + ?Sized> {
+    walk: &'a Walk<'a>,
+    detectors: &'a D,
     theta_i: f64,
     azimuth: Azimuth,
-    id: usize,
-    facet: Facet,
-    sum: &mut Accumulator,
-) {
-    let (phi, turn) = azimuth.of((id as f64 * GOLDEN).fract());
-    let wi = direction(theta_i, phi);
-    // `None` for the specular core and for detectors that do not go by slope.
-    let own_cell = detectors.slope_cells().and_then(|cells| {
-        let flat = facet.p.abs().max(facet.q.abs()) < CORE_SLOPE;
-        let slope = turned_back(DVec3::new(facet.p, facet.q, 0.0), turn);
-        (!flat).then(|| cells.locate(slope.x, slope.y))
-    });
-    if let Some(cell) = own_cell {
-        sum.asked(cell);
+    share: f64,
+    level: Level,
+}
+
+/// One run of cells and its light.
+struct Run {
+    row: usize,
+    /// First column of the run.
+    column: usize,
+    phi: f64,
+    /// Turn into the frame of the detectors.
+    turn: f64,
+    wi: DVec3,
+}
+
+impl<D: Detectors + ?Sized> FacetSum<'_, D> {
+    /// The facets of one row of blocks.
+    fn add_band(&self, band: usize, lit: Footprint, slow: &mut Accumulator, fast: &mut FirstBounces) {
+        let field = self.walk.field;
+        let map = field.map();
+        let runs = field.cells()[0].div_ceil(RUN);
+        let clear = clear_sines(self.walk, band, runs * RUN);
+        let (mut top, mut bottom) = (Vec::new(), Vec::new());
+        let mut lanes = Lanes::default();
+        let mut sights = None;
+        for row in (band * SIDE).max(lit.rows[0])..((band + 1) * SIDE).min(lit.rows[1]) {
+            for (line, row) in [(&mut top, row), (&mut bottom, row + 1)] {
+                slopes::vertices(map, row, line);
+                // What is not lit is as good as missing.
+                line[..lit.columns[0]].fill(f32::NAN);
+                line.truncate(lit.columns[1] + 1);
+                line.resize(runs * RUN + 1, f32::NAN);
+            }
+            for run in lit.columns[0] / RUN..lit.columns[1].div_ceil(RUN) {
+                let id = (row * runs + run) as f64;
+                if (id * PLASTIC).fract() >= self.share {
+                    continue;
+                }
+                let (phi, turn) = self.azimuth.of((id * GOLDEN).fract());
+                let column = run * RUN;
+                let run = Run { row, column, phi, turn, wi: direction(self.theta_i, phi) };
+                if turn != 0.0 {
+                    sights = None;
+                }
+                let light = Light::new(run.wi, turn, [map.pitch_x, map.pitch_y]);
+                for upper in [false, true] {
+                    let seen = if self.source_is_clear(&run) {
+                        [row_sight::YES; RUN]
+                    } else {
+                        let sights =
+                            sights.get_or_insert_with(|| [false, true].map(|u| RowSight::new(field, run.wi, u)));
+                        sights[usize::from(upper)].seen(self.level, field, row, column)
+                    };
+                    let ground = Ground {
+                        top: &top[column..],
+                        bottom: &bottom[column..],
+                        clear: clear.each_ref().map(|line| &line[column..column + RUN]),
+                        seen: &seen,
+                    };
+                    lanes.shine(self.level, &light, &ground, &self.walk.material, upper);
+                    self.find_detectors(&run, &mut lanes);
+                    self.settle(&run, upper, &mut lanes, slow);
+                    fast.add(&lanes);
+                }
+            }
+        }
     }
-    let Some(beam) = facing(facet.p, facet.q, wi) else { return };
-    let (u, v) = if facet.upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
-    let (column, row) = (facet.column as f64 + u, facet.row as f64 + v);
-    let arrival = Arrival {
-        point: [column, row, centroid_height(walk, &facet)],
-        facet: ([facet.column, facet.row], facet.upper),
-        slope: (facet.p, facet.q),
-        back: wi,
-        flip: [1.0, 1.0],
-    };
-    if let Fate::Hit(_) = walk.onward(&arrival, wi) {
-        sum.shadowed(beam.weight);
-        return;
+
+    /// Whether no block of the run can be hidden from the source.
+    fn source_is_clear(&self, run: &Run) -> bool {
+        let field = self.walk.field;
+        let from = quadrant(run.wi);
+        (run.column..(run.column + RUN).min(field.cells()[0]))
+            .step_by(SIDE)
+            .all(|column| run.wi.z > f64::from(field.outlooks([column, run.row])[from].sine))
     }
-    let end = walk.follow(arrival);
-    let Some((wo, energy)) = end.escaped else {
-        sum.lost(beam.weight, end.lost);
-        return;
-    };
-    match own_cell {
-        Some(cell) if end.bounces == 1 => sum.escaped(cell, 1, beam.weight, energy),
-        None if end.bounces == 1 && detectors.slope_cells().is_some() => sum.core(beam.weight, energy),
-        _ => {
-            let detector = detectors.index(direction(theta_i, phi - turn), turned_back(wo, turn));
-            sum.escaped(detector, end.bounces, beam.weight, energy);
+
+    /// The detector of each facet's own reflection.
+    fn find_detectors(&self, run: &Run, lanes: &mut Lanes) {
+        if let Some(cells) = self.detectors.slope_cells() {
+            lanes.locate(self.level, cells);
+            return;
+        }
+        let wi = direction(self.theta_i, run.phi - run.turn);
+        for k in 0..RUN {
+            if lanes.weight[k] > 0 {
+                let beam = facing(f64::from(lanes.p[k]), f64::from(lanes.q[k]), wi);
+                lanes.slot[k] = beam.map_or(0, |beam| self.detectors.index(wi, beam.wo)) as u32;
+            }
+        }
+    }
+
+    /// Answers what is still open about the facets of a run.
+    fn settle(&self, run: &Run, upper: bool, lanes: &mut Lanes, slow: &mut Accumulator) {
+        for group in 0..RUN / 8 {
+            if lanes.doubt[group * 8..group * 8 + 8].iter().all(|&d| d == lanes::NONE) {
+                continue;
+            }
+            for k in group * 8..group * 8 + 8 {
+                if lanes.doubt[k] != lanes::NONE {
+                    self.settle_one(run, k, upper, lanes, slow);
+                }
+            }
+        }
+    }
+
+    fn settle_one(&self, run: &Run, k: usize, upper: bool, lanes: &mut Lanes, slow: &mut Accumulator) {
+        let field = self.walk.field;
+        let map = field.map();
+        let cell = [run.column + k, run.row];
+        let corners = field.corners(cell[0], cell[1]).map(f64::from);
+        let slope = slopes::of_corners(corners, map.pitch_x, map.pitch_y)[usize::from(upper)];
+        let Some(Facing { weight, wo, .. }) = facing(slope.0, slope.1, run.wi) else { return };
+        let (u, v) = if upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
+        let third = corners[if upper { 1 } else { 2 }];
+        let point = [cell[0] as f64 + u, cell[1] as f64 + v, (corners[0] + corners[3] + third) / 3.0];
+        let arrival = Arrival { point, facet: (cell, upper), slope, back: run.wi, flip: [1.0, 1.0] };
+        let mut fate = None;
+        if lanes.doubt[k] == lanes::EXIT {
+            let onward = self.walk.onward(&arrival, wo);
+            if wo.z > 0.0 && matches!(onward, Fate::Escaped(_)) {
+                return;
+            }
+            fate = Some(onward);
+            (lanes.weight[k], lanes.energy[k]) = (0, 0);
+        } else if let Fate::Hit(_) = self.walk.onward(&arrival, run.wi) {
+            slow.shadowed(weight);
+            return;
+        }
+        let end = self.walk.follow_on(arrival, fate);
+        self.add_end(run, end, weight, lanes.slot[k] as usize, slow);
+    }
+
+    /// Counts the beam of one facet where it ended; `slot` is the facet's half-vector cell.
+    fn add_end(&self, run: &Run, end: Departure, weight: f64, slot: usize, sum: &mut Accumulator) {
+        let Some((wo, energy)) = end.escaped else {
+            sum.lost(weight, end.lost);
+            return;
+        };
+        match self.detectors.slope_cells() {
+            Some(cells) if end.bounces == 1 && slot < cells.len() => sum.escaped(slot, 1, weight, energy),
+            Some(_) if end.bounces == 1 => sum.core(weight, energy),
+            _ => {
+                let wi = direction(self.theta_i, run.phi - run.turn);
+                sum.escaped(self.detectors.index(wi, turned_back(wo, run.turn)), end.bounces, weight, energy);
+            }
         }
     }
 }
 
-fn centroid_height(walk: &Walk, facet: &Facet) -> f64 {
-    let map = walk.field.map();
-    let (c, r) = (facet.column, facet.row);
-    let (c1, r1) = ((c + 1) % map.width(), (r + 1) % map.height());
-    let third = if facet.upper { map.heights[[r, c1]] } else { map.heights[[r1, c]] };
-    (f64::from(map.heights[[r, c]]) + f64::from(map.heights[[r1, c1]]) + f64::from(third)) / 3.0
+/// Sines of the elevation above which beams escape from the cells of one row of blocks, per quadrant.
+fn clear_sines(walk: &Walk, band: usize, columns: usize) -> [Vec<f32>; 4] {
+    [0, 1, 2, 3].map(|quadrant| {
+        let mut line = vec![2.0; columns];
+        for column in (0..walk.field.cells()[0]).step_by(SIDE) {
+            line[column..column + SIDE].fill(walk.field.outlooks([column, band * SIDE])[quadrant].sine);
+        }
+        line
+    })
 }

@@ -1,13 +1,13 @@
 //! Naive rays, the method of the paper: uniform illumination, first hit, reflect, count. Slow and honest.
 
 use super::accumulator::Accumulator;
-use super::bounce::{Arrival, Walk};
+use super::beam::Beam;
+use super::bounce::Walk;
+use super::cells::{CellLanes, HalfVectorCells};
 use super::detectors::Detectors;
 use super::facet_sum::{Azimuth, turned_back};
-use super::selection::{Footprint, Selection};
+use super::selection::Selection;
 use super::tally::CORE_SLOPE;
-use crate::facets::visibility::{Fate, Ray};
-use crate::heightmap::Edges;
 use crate::math::{direction, random::CounterRng};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -18,9 +18,10 @@ const BATCH: u64 = 1 << 14;
 /// `E_k = (1/N) sum of w_j over the rays that end in k`, `w_j` the product of R(beta) over the bounces of ray j
 /// (physics of Westlund, Meyer and Hunt 2002, section 4.2.1).
 ///
-/// `rays` points are spread uniformly over the lit part of the mean plane, widened so that every lit facet is fully lit; N
-/// counts those that meet a lit facet first. Ray number j has its own random stream: same seed, same sums, for any number
-/// of threads or parts.
+/// The lit part of the mean plane, widened so that every lit facet is fully lit, is cut into `rays` patches of equal area; ray
+/// number j is aimed at a random point of patch j, and N counts those that meet a lit facet first. Standard errors are those of
+/// independent rays, which patches can only better. Ray number j has its own random stream: same seed, same
+/// sums, for any number of threads or parts.
 pub fn trace_rays<D: Detectors + ?Sized>(
     walk: &Walk,
     detectors: &D,
@@ -30,15 +31,34 @@ pub fn trace_rays<D: Detectors + ?Sized>(
     seed: u64,
     selection: &Selection,
 ) -> Accumulator {
+    let light = |phi: f64, turn: f64| {
+        let wi = direction(theta_i, phi);
+        Light { beam: Beam::new(walk.field, wi, selection.footprint), turn, local: direction(theta_i, phi - turn) }
+    };
+    let (phi, turn) = azimuth.of(0.0);
+    let first = light(phi, turn);
+    let patches = Patches::new(rays, first.beam.aspect());
+    let count = Count { walk, detectors, cells: detectors.slope_cells().map(HalfVectorCells::lanes) };
     (0..rays.div_ceil(BATCH))
         .into_par_iter()
         .filter(|&batch| selection.part.has(batch))
         .fold(
             || Accumulator::new(detectors.len()),
             |mut sum, batch| {
+                let mut row = patches.row_of(batch * BATCH);
                 for ray in batch * BATCH..((batch + 1) * BATCH).min(rays) {
-                    let mut rng = CounterRng::new(seed, 1, ray);
-                    trace_one(walk, detectors, theta_i, azimuth, selection.footprint, &mut rng, &mut sum);
+                    if ray == row.end {
+                        row = patches.row_of(ray);
+                    }
+                    let [a, b, c, _] = CounterRng::four(seed, 1, ray);
+                    let u = patches.point(&row, ray, [a, b]);
+                    match azimuth {
+                        Azimuth::Fixed(_) => count.one(&first, u, &mut sum),
+                        Azimuth::Averaged => {
+                            let (phi, turn) = azimuth.of(c);
+                            count.one(&light(phi, turn), u, &mut sum);
+                        }
+                    }
                 }
                 sum
             },
@@ -46,137 +66,108 @@ pub fn trace_rays<D: Detectors + ?Sized>(
         .reduce(|| Accumulator::new(detectors.len()), Accumulator::merged)
 }
 
-fn trace_one<D: Detectors + ?Sized>(
-    walk: &Walk,
-    detectors: &D,
-    theta_i: f64,
-    azimuth: Azimuth,
-    footprint: Option<Footprint>,
-    rng: &mut CounterRng,
-    sum: &mut Accumulator,
-) {
-    let (phi, turn) = azimuth.of(rng.uniform());
-    let wi = direction(theta_i, phi);
-    let Some(Launch { ray, flip, aim }) = launch(walk, wi, footprint, rng) else { return };
-    let Fate::Hit(hit) = walk.field.trace(ray, None) else { return };
-    if let Some(lit) = footprint {
-        // Of a repeated map only the copy that the rays are aimed at is lit.
-        let lean = lean(walk, wi);
-        let place = [0, 1].map(|k| aim[k] + lean[k] * hit.z);
-        let inside = match walk.field.map().edges {
-            Edges::Open => lit.holds(hit.cell),
-            Edges::Mirrored | Edges::Periodic => {
-                place.iter().all(|x| *x >= 0.0) && lit.holds(place.map(|x| x as usize))
-            }
-        };
-        if !inside {
+/// Light of one azimuth.
+struct Light<'a> {
+    beam: Beam<'a>,
+    /// Turn into the frame of the detectors, and the direction to the source in it.
+    turn: f64,
+    local: DVec3,
+}
+
+struct Count<'a, D: Detectors + ?Sized> {
+    walk: &'a Walk<'a>,
+    detectors: &'a D,
+    cells: Option<CellLanes>,
+}
+
+impl<D: Detectors + ?Sized> Count<'_, D> {
+    /// Follows and counts the ray aimed at place `u`.
+    fn one(&self, light: &Light, u: [f64; 2], sum: &mut Accumulator) {
+        let Some(arrival) = light.beam.strike(u) else { return };
+        let end = self.walk.follow(arrival);
+        let Some((wo, energy)) = end.escaped else {
+            sum.lost(1.0, end.lost);
             return;
-        }
-    }
-    let total = [flip[0] * hit.flip[0], flip[1] * hit.flip[1]];
-    let arrival = Arrival {
-        point: [hit.column, hit.row, hit.z],
-        facet: (hit.cell, hit.upper),
-        slope: hit.slope,
-        back: wi * DVec3::new(total[0], total[1], 1.0),
-        flip: total,
-    };
-    let end = walk.follow(arrival);
-    let Some((wo, energy)) = end.escaped else {
-        sum.lost(1.0, end.lost);
-        return;
-    };
-    match detectors.slope_cells() {
-        Some(cells) if end.bounces == 1 => {
-            if hit.slope.0.abs().max(hit.slope.1.abs()) < CORE_SLOPE {
-                sum.core(1.0, energy);
-            } else {
-                // The slope as the unfolded map has it.
-                let slope = turned_back(DVec3::new(hit.slope.0 * total[0], hit.slope.1 * total[1], 0.0), turn);
-                sum.escaped(cells.locate(slope.x, slope.y), 1, 1.0, energy);
-            }
-        }
-        _ => {
-            let detector = detectors.index(direction(theta_i, phi - turn), turned_back(wo, turn));
-            sum.escaped(detector, end.bounces, 1.0, energy);
-        }
-    }
-}
-
-struct Launch {
-    ray: Ray,
-    /// Flips of the mirrored tile it starts in.
-    flip: [f64; 2],
-    /// Point of the mean plane it is aimed at, in samples of the unfolded map.
-    aim: [f64; 2],
-}
-
-/// Samples travelled along the columns and rows per metre of height on the way to the source.
-fn lean(walk: &Walk, wi: DVec3) -> [f64; 2] {
-    let map = walk.field.map();
-    [wi.x / wi.z / map.pitch_x, -wi.y / wi.z / map.pitch_y]
-}
-
-/// A ray towards a uniform point of the lit part of the mean plane, started above the highest facet; for an open map moved
-/// to where it enters the map's outline.
-fn launch(walk: &Walk, wi: DVec3, footprint: Option<Footprint>, rng: &mut CounterRng) -> Option<Launch> {
-    let map = walk.field.map();
-    let [lowest, highest] = walk.field.height_range();
-    let size = walk.field.cells().map(|n| n as f64);
-    let lean = lean(walk, wi);
-    let lit = footprint.unwrap_or(Footprint::whole(walk.field.cells()));
-    let lit = [lit.columns, lit.rows];
-    let mut aim = [0.0; 2];
-    for k in 0..2 {
-        // A facet at height z is met by the ray aimed at its own place minus lean * z.
-        let (mut from, mut to) = (lit[k][0] as f64, lit[k][1] as f64);
-        // The whole of a repeated map is lit evenly already.
-        if map.edges == Edges::Open || footprint.is_some() {
-            from += (-lean[k] * highest).min(-lean[k] * lowest);
-            to += (-lean[k] * highest).max(-lean[k] * lowest);
-        }
-        aim[k] = from + (to - from) * rng.uniform();
-    }
-    let start = [0, 1].map(|k| aim[k] + lean[k] * highest);
-    let mut ray = Ray { column: start[0], row: start[1], z: highest, direction: -wi };
-    let mut flip = [1.0, 1.0];
-    match map.edges {
-        Edges::Periodic => {
-            ray.column = ray.column.rem_euclid(size[0]);
-            ray.row = ray.row.rem_euclid(size[1]);
-        }
-        Edges::Mirrored => {
-            for (k, place) in [&mut ray.column, &mut ray.row].into_iter().enumerate() {
-                let folded = place.rem_euclid(2.0 * size[k]);
-                *place = if folded > size[k] { 2.0 * size[k] - folded } else { folded };
-                flip[k] = if folded > size[k] { -1.0 } else { 1.0 };
-            }
-            ray.direction *= DVec3::new(flip[0], flip[1], 1.0);
-        }
-        Edges::Open => {
-            // Enter the outline from the side if the start lies outside it.
-            let drop = |place: f64, k: usize| {
-                let outside = if place < 0.0 { place } else { (place - size[k]).max(0.0) };
-                if outside == 0.0 { 0.0 } else { outside / lean[k] }
-            };
-            let fall = drop(ray.column, 0).max(drop(ray.row, 1));
-            if fall > 0.0 {
-                ray.column -= lean[0] * fall;
-                ray.row -= lean[1] * fall;
-                ray.z -= fall;
-                let slack = 1e-9 * size[0].max(size[1]);
-                if ray.column < -slack || ray.column > size[0] + slack || ray.row < -slack || ray.row > size[1] + slack
-                {
-                    return None;
-                }
-                ray.column = ray.column.clamp(0.0, size[0]);
-                ray.row = ray.row.clamp(0.0, size[1]);
-                // Under the surface's border: this ray passes below the measured sheet.
-                if walk.field.height_at(ray.column, ray.row).is_some_and(|h| ray.z < h) {
-                    return None;
+        };
+        match &self.cells {
+            Some(cells) if end.bounces == 1 => {
+                let (p, q) = arrival.slope;
+                if p.abs() < CORE_SLOPE && q.abs() < CORE_SLOPE {
+                    sum.core(1.0, energy);
+                } else {
+                    // The slope as the unfolded map has it.
+                    let slope = turned_back(DVec3::new(p * arrival.flip[0], q * arrival.flip[1], 0.0), light.turn);
+                    sum.escaped(cells.locate(slope.x as f32, slope.y as f32) as usize, 1, 1.0, energy);
                 }
             }
+            _ => {
+                let detector = self.detectors.index(light.local, turned_back(wo, light.turn));
+                sum.escaped(detector, end.bounces, 1.0, energy);
+            }
         }
     }
-    Some(Launch { ray, flip, aim })
+}
+
+/// The unit square in patches of equal area, in rows: as many as there are rays, whatever their number.
+struct Patches {
+    rays: u64,
+    rows: u64,
+}
+
+/// The rays of one row.
+struct Row {
+    start: u64,
+    end: u64,
+}
+
+impl Patches {
+    fn new(rays: u64, aspect: f64) -> Self {
+        let rows = (rays as f64 * aspect).sqrt().round();
+        Patches { rays, rows: (rows as u64).clamp(1, rays.max(1)) }
+    }
+
+    fn row_of(&self, ray: u64) -> Row {
+        let before = |row: u64| (u128::from(row) * u128::from(self.rays) / u128::from(self.rows)) as u64;
+        let row = ((u128::from(ray + 1) * u128::from(self.rows) - 1) / u128::from(self.rays)) as u64;
+        Row { start: before(row), end: before(row + 1) }
+    }
+
+    /// The point at `jitter` of the patch of a ray.
+    #[inline]
+    fn point(&self, row: &Row, ray: u64, jitter: [f64; 2]) -> [f64; 2] {
+        let across = (row.end - row.start) as f64;
+        [((ray - row.start) as f64 + jitter[0]) / across, (row.start as f64 + jitter[1] * across) / self.rays as f64]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Patches are disjoint, equal in area and leave nothing out.
+    #[test]
+    fn patches_tile_the_square() {
+        for (rays, aspect) in [(1, 1.0), (7, 1.0), (1000, 0.1), (997, 3.0), (12, 1e-9), (12, 1e9)] {
+            let patches = Patches::new(rays, aspect);
+            let mut ray = 0;
+            let mut bottom = 0.0;
+            while ray < rays {
+                let row = patches.row_of(ray);
+                assert_eq!(row.start, ray);
+                let mut right = 0.0;
+                for ray in row.start..row.end {
+                    let row = patches.row_of(ray);
+                    let [low, high] = [[0.0; 2], [1.0; 2]].map(|jitter| patches.point(&row, ray, jitter));
+                    assert!((low[0] - right).abs() < 1e-12 && (low[1] - bottom).abs() < 1e-12);
+                    let area = (high[0] - low[0]) * (high[1] - low[1]);
+                    assert!((area * rays as f64 - 1.0).abs() < 1e-9);
+                    right = high[0];
+                }
+                assert!((right - 1.0).abs() < 1e-12);
+                bottom = patches.point(&row, row.start, [0.0, 1.0])[1];
+                ray = row.end;
+            }
+            assert!((bottom - 1.0).abs() < 1e-12);
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! The radial histogram of an isotropic surface, spread over the half-vector cells.
 
-use super::axis::Axis;
+use super::axis::{Axis, AxisLanes, whole};
 use super::cells::HalfVectorCells;
 
 /// Rings per cell of an axis, and points along each side of a cell that decide which rings it shares.
@@ -22,6 +22,23 @@ pub struct Rings {
     of_point: Vec<u32>,
     /// Points of each ring, weighted by the area they stand for.
     area: Vec<f64>,
+}
+
+/// [`Rings`] in f32, made of operations that work on lanes side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct RingLanes {
+    axis: AxisLanes,
+    per_width: f32,
+    last: u32,
+}
+
+impl RingLanes {
+    /// Ring of a slope.
+    #[inline(always)]
+    pub fn ring(&self, p: f32, q: f32) -> u32 {
+        let ring = whole(self.axis.coordinate((p * p + q * q).sqrt() * self.per_width) * PER_CELL as f32);
+        if ring < self.last { ring } else { self.last }
+    }
 }
 
 impl Rings {
@@ -68,13 +85,18 @@ impl Rings {
         ((self.axis.coordinate(radius) * PER_CELL) as usize).min(self.rings - 1)
     }
 
+    /// What [`Rings::ring`] needs, for lanes.
+    pub fn lanes(&self) -> RingLanes {
+        RingLanes { axis: self.axis.lanes(), per_width: self.per_width as f32, last: self.rings as u32 - 1 }
+    }
+
     /// Density per unit slope area and cell of facets counted by ring; `total` counts those elsewhere as well.
-    pub fn spread(&self, cells: &HalfVectorCells, counts: &[u64], total: f64) -> Vec<f64> {
+    pub fn spread(&self, cells: &HalfVectorCells, counts: &[f64], total: f64) -> Vec<f64> {
         // A ring without a point, if there is one, lends its facets to the next ring inside.
         let mut per_area = vec![0.0; self.rings];
         let mut waiting = 0.0;
         for ring in (0..self.rings).rev() {
-            waiting += counts[ring] as f64;
+            waiting += counts[ring];
             if self.area[ring] > 0.0 {
                 per_area[ring] = waiting / (self.area[ring] * total * (SIDE * SIDE) as f64);
                 waiting = 0.0;
@@ -111,11 +133,11 @@ mod tests {
         let cells = HalfVectorCells::new([0.0; 2], [s; 2], 0.0, 0.01);
         let rings = Rings::new(&cells);
         let mut rng = CounterRng::new(5, 0, 0);
-        let mut counts = vec![0u64; rings.len()];
+        let mut counts = vec![0.0; rings.len()];
         let n = 1_000_000;
         for _ in 0..n {
             let [p, q] = rng.normal_pair();
-            counts[rings.ring(s * p, s * q)] += 1;
+            counts[rings.ring(s * p, s * q)] += 1.0;
         }
         let density = rings.spread(&cells, &counts, f64::from(n));
         let sum: f64 = density.iter().enumerate().map(|(k, d)| d * cells.area(k)).sum();

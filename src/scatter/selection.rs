@@ -1,6 +1,9 @@
 //! Which facets a run lights.
 
 use crate::error::{Error, Result};
+use crate::heightmap::HeightMap;
+use crate::heightmap::crop::Region;
+use serde::{Deserialize, Serialize};
 
 /// The part of the facets, or of the rays, that one run takes. By default all.
 ///
@@ -46,6 +49,28 @@ impl Footprint {
         Footprint { columns: [0, cells[0]], rows: [0, cells[1]] }
     }
 
+    /// Cells `floor(x0 n) <= column < floor(x1 n)` of the n columns of a map, rows likewise, for a region in fractions; for one in
+    /// lengths, those from `floor(x0 / pitch)`.
+    ///
+    /// # Errors
+    /// `Error::Parameter` if the region reaches beyond the map or holds no cell.
+    pub fn of(region: Region, map: &HeightMap) -> Result<Footprint> {
+        let (nx, ny) = crate::facets::slopes::cells(map);
+        let (corners, scale) = match region {
+            Region::Fraction(corners) => (corners, [nx as f64, ny as f64]),
+            Region::Length(corners) => (corners, [1.0 / map.pitch_x, 1.0 / map.pitch_y]),
+        };
+        let at = |k: usize| (corners[k] * scale[k % 2]).floor();
+        let inside = |from: f64, to: f64, n: usize| from >= 0.0 && to <= n as f64 && to - from >= 1.0;
+        if !(inside(at(0), at(2), nx) && inside(at(1), at(3), ny)) {
+            return Err(Error::parameter(
+                format!("the footprint holds no cell, or reaches beyond the {nx} x {ny} cells of the map"),
+                "give X0,Y0,X1,Y1 from the top left with X0 < X1 and Y0 < Y1, such as 0.15,0.15,0.85,0.85",
+            ));
+        }
+        Ok(Footprint { columns: [at(0) as usize, at(2) as usize], rows: [at(1) as usize, at(3) as usize] })
+    }
+
     /// Piece `(i, j)` when both sides are cut into `across` pieces; together the pieces hold every cell once.
     pub fn piece(self, i: usize, j: usize, across: usize) -> Footprint {
         let cut =
@@ -66,7 +91,7 @@ impl Footprint {
 }
 
 /// Part `number` (from 0) of `of` disjoint parts that together are the whole run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
     number: u64,
     of: u64,
@@ -90,15 +115,30 @@ impl Part {
         Ok(Part { number: k - 1, of: n })
     }
 
+    /// Number of this part, from 0.
+    pub fn number(self) -> u64 {
+        self.number
+    }
+
+    /// Number of parts.
+    pub fn of(self) -> u64 {
+        self.of
+    }
+
+    /// Reads `K/N`.
+    ///
+    /// # Errors
+    /// `Error::Parameter` if it is not two numbers, or K is not from 1 to N.
+    pub fn parse(text: &str) -> Result<Self> {
+        let numbers = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
+        let (k, n) = numbers.ok_or_else(|| Error::parameter(format!("`{text}` is not a part"), "write K/N, as 1/4"))?;
+        Part::new(k, n)
+    }
+
     /// Whether the item belongs to this part.
     #[inline]
     pub fn has(self, item: u64) -> bool {
         item % self.of == self.number
-    }
-
-    /// Whether this is the whole run.
-    pub fn is_whole(self) -> bool {
-        self.of == 1
     }
 }
 

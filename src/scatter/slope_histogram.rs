@@ -2,12 +2,14 @@
 
 use super::cells::HalfVectorCells;
 use super::facing::facing;
+use super::lanes::{self, Lanes};
 use super::rings::Rings;
-use super::tally::{CORE_SLOPE, Tally};
+use super::tally::Tally;
 use crate::facets::distribution::Hiding;
 use crate::facets::slopes;
 use crate::heightmap::HeightMap;
 use crate::optics::Material;
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -25,26 +27,59 @@ pub struct SlopeDensity {
     pub subareas: Vec<Vec<f64>>,
 }
 
+/// Moves the counts of both halves of each sub-area to the sums, which have no slot for missing facets.
+fn pour(counts: &mut [u32], sums: &mut [u64], size: usize) {
+    for (both, sums) in counts.chunks_mut(2 * size).zip(sums.chunks_mut(size + 1 - Lanes::EXTRA_SLOTS)) {
+        let (even, odd) = both.split_at(size);
+        sums.iter_mut().zip(even.iter().zip(odd)).for_each(|(sum, (a, b))| *sum += u64::from(*a) + u64::from(*b));
+        both.fill(0);
+    }
+}
+
 impl SlopeDensity {
     /// Counts the facets of `map` into `cells`; `isotropic`: into rings, which are then spread over the cells.
     pub fn measure(map: &HeightMap, cells: &HalfVectorCells, isotropic: bool) -> Self {
         let (nx, ny) = slopes::cells(map);
         let rings = isotropic.then(|| Rings::new(cells));
         let n = rings.as_ref().map_or(cells.len(), Rings::len);
-        let place = |p: f64, q: f64| rings.as_ref().map_or_else(|| cells.locate(p, q), |rings| rings.ring(p, q));
         let across = SUBAREAS_PER_AXIS;
-        // The extra slot of each sub-area counts the core.
+        let level = Level::new();
+        let ring_lanes = rings.as_ref().map(Rings::lanes);
+        let cell_lanes = cells.lanes();
+        // Counts of the places and of the core for each sub-area of a band.
         let counts: Vec<Vec<u64>> = (0..across)
             .into_par_iter()
             .map(|band| {
-                let mut counts = vec![0u64; across * (n + 1)];
+                let size = n + Lanes::EXTRA_SLOTS;
+                // Neighbours often fall into the same place; counting them apart does not wait for the last sum.
+                let mut counts = vec![0u32; 2 * across * size];
+                let mut sums = vec![0u64; across * (n + 1)];
+                let mut slots = vec![0u32; nx];
                 for row in band * ny / across..(band + 1) * ny / across {
-                    slopes::visit_row(map, row, |f| {
-                        let cell = if f.p.abs().max(f.q.abs()) < CORE_SLOPE { n } else { place(f.p, f.q) };
-                        counts[f.column * across / nx * (n + 1) + cell] += 1;
+                    slopes::visit_lanes(map, row..row + 1, |p, q| {
+                        match ring_lanes {
+                            Some(at) => dispatch!(level, simd =>
+                                lanes::slots(simd, p, q, |p, q| at.ring(p, q), n as u32, &mut slots)),
+                            None => dispatch!(level, simd =>
+                                lanes::slots(simd, p, q, |p, q| cell_lanes.locate(p, q), n as u32, &mut slots)),
+                        }
+                        for (k, both) in counts.chunks_mut(2 * size).enumerate() {
+                            let (even, odd) = both.split_at_mut(size);
+                            let mut pairs = slots[k * nx / across..(k + 1) * nx / across].chunks_exact(2);
+                            for pair in &mut pairs {
+                                even[pair[0] as usize] += 1;
+                                odd[pair[1] as usize] += 1;
+                            }
+                            pairs.remainder().iter().for_each(|&slot| even[slot as usize] += 1);
+                        }
                     });
+                    // Long before a count could overflow.
+                    if row % 1024 == 1023 {
+                        pour(&mut counts, &mut sums, size);
+                    }
                 }
-                counts
+                pour(&mut counts, &mut sums, n + Lanes::EXTRA_SLOTS);
+                sums
             })
             .collect();
         let per_subarea: Vec<&[u64]> = counts.iter().flat_map(|band| band.chunks(n + 1)).collect();
@@ -55,7 +90,10 @@ impl SlopeDensity {
         let density_of = |counts: &[u64]| {
             let facets = counts.iter().sum::<u64>() as f64;
             match &rings {
-                Some(rings) => rings.spread(cells, counts, facets),
+                Some(rings) => {
+                    let counts: Vec<f64> = counts[..n].iter().map(|&c| c as f64).collect();
+                    rings.spread(cells, &counts, facets)
+                }
                 None => (0..n).map(|k| counts[k] as f64 / (facets * cells.area(k))).collect(),
             }
         };

@@ -79,6 +79,12 @@ impl Tally {
         }
     }
 
+    /// Share of the incident energy that left after 1, 2, 3 and more bounces.
+    pub fn bounce_fractions(&self) -> [f64; BOUNCES] {
+        let n = if self.incident > 0.0 { self.incident } else { 1.0 };
+        self.bounces.map(|b| b / n)
+    }
+
     /// Share of the incident energy in a cell; standard error `sqrt(<w^2> - <w>^2) / sqrt(N)` of N independent beams.
     /// A tally made from a density instead of beams has no such error.
     pub fn fraction(&self, cell: usize) -> Estimate {

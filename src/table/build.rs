@@ -30,14 +30,17 @@ impl Table {
             phi_i: scatter.phi_i.clone(),
             density: Vec::new(),
             relative_error: Vec::new(),
-            subarea_ratio: subarea_ratios(scatter),
+            subarea_ratio: ratios(&scatter.density.subareas, &scatter.density.density),
+            speckle_ratio: scatter.wave.as_ref().map_or_else(Vec::new, |w| ratios(&w.replicates, &mean(&w.replicates))),
             nodes: Vec::new(),
             balance: Balance::default(),
             provenance,
         };
-        let by_subarea = relative_scatter(&table.subarea_ratio, n);
+        let scatter_of = [&table.subarea_ratio, &table.speckle_ratio].map(|ratio| relative_scatter(ratio, n));
         let phis = scatter.phi_i.len();
         for (t, row) in scatter.tallies.iter().enumerate() {
+            let wave = scatter.decisions[t].wave;
+            let by_subarea = &scatter_of[usize::from(wave)];
             for (p, tally) in row.iter().enumerate() {
                 let wi = direction(scatter.theta_i[t], scatter.phi_i[p]);
                 let node_below = t.checked_sub(1).map(|below| table.node_range(below * phis + p));
@@ -50,7 +53,11 @@ impl Table {
                 keep_energy(cells, &mut density, &stencils, tally, wi, &scatter.material);
                 table.relative_error.extend((0..n).map(|k| relative_error(scatter, tally, k, by_subarea[k])));
                 table.density.extend(density);
-                table.nodes.push(node_of(tally, &scatter.material, wi));
+                table.nodes.push(Node {
+                    wave: f64::from(u8::from(wave)),
+                    core_error: scatter.core_error[t],
+                    ..node_of(tally, &scatter.material, wi)
+                });
             }
         }
         let spread: Vec<f64> = table.subarea_albedo_spread();
@@ -71,7 +78,7 @@ impl Table {
                 let weights: Vec<(f64, f64)> =
                     (0..base.len()).map(|k| cell_weight(&self.cells, k, wi, &self.material)).collect();
                 let albedos: Vec<f64> = self
-                    .subarea_ratio
+                    .ratios_of(node)
                     .iter()
                     .map(|ratio| {
                         let (mut reflected, mut lit) = (0.0, 0.0);
@@ -200,15 +207,17 @@ fn relative_error(scatter: &Scatter, tally: &Tally, cell: usize, by_subarea: Opt
     }
 }
 
-/// Density of each sub-area over that of the map; 1 where the map has no facet.
-fn subarea_ratios(scatter: &Scatter) -> Vec<Vec<f64>> {
-    let whole = &scatter.density.density;
-    scatter
-        .density
-        .subareas
-        .iter()
-        .map(|sub| sub.iter().zip(whole).map(|(s, w)| if *w > 0.0 { s / w } else { 1.0 }).collect())
-        .collect()
+/// Density of each part over that of the whole; 1 where the whole has none.
+fn ratios(parts: &[Vec<f64>], whole: &[f64]) -> Vec<Vec<f64>> {
+    parts.iter().map(|part| part.iter().zip(whole).map(|(s, w)| if *w > 0.0 { s / w } else { 1.0 }).collect()).collect()
+}
+
+fn mean(parts: &[Vec<f64>]) -> Vec<f64> {
+    let mut mean = vec![0.0; parts.first().map_or(0, Vec::len)];
+    for part in parts {
+        mean.iter_mut().zip(part).for_each(|(m, p)| *m += p / parts.len() as f64);
+    }
+    mean
 }
 
 /// Standard error of the mean over sub-areas, relative; `None` where the map has no single-bounce facet.
@@ -241,5 +250,6 @@ fn node_of(tally: &Tally, material: &Material, wi: DVec3) -> Node {
         lost: book.lost,
         multiple: tally.multiple / incident,
         shadowed: tally.shadowed,
+        ..Node::default()
     }
 }

@@ -61,6 +61,18 @@ impl Table {
         share * self.material.reflectance(wi.z)
     }
 
+    /// Relative standard error of the specular core, and whether the nodes that serve `wi` are those of the wave calculation.
+    pub fn wave_at(&self, wi: DVec3) -> (f64, bool) {
+        let (mut error, mut core, mut wave) = (0.0, 0.0, 0.0);
+        for (node, weight) in self.node_weights(wi) {
+            let node = &self.nodes[node];
+            error += weight * node.core_share * node.core_error;
+            core += weight * node.core_share;
+            wave += weight * node.wave;
+        }
+        (if core > 0.0 { error / core } else { 0.0 }, wave > 0.5)
+    }
+
     /// Albedo at the nodes nearest to `wi`, interpolated.
     pub fn albedo(&self, wi: DVec3) -> f64 {
         self.node_weights(wi).iter().map(|&(node, w)| w * self.nodes[node].albedo).sum()

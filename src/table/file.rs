@@ -12,7 +12,9 @@
 //! | `density` | f64 \[T,P,K\] | T of [`Table`]'s formula at the cell centres, per unit slope area |
 //! | `density_relative_se` | f64 \[T,P,K\] | its standard error, relative |
 //! | `subarea_ratio` | f64 \[S,K\] | density of each sub-area over that of the map |
-//! | `specular_core_share` | f64 \[T,P\] | share of the lit area that is exactly flat |
+//! | `speckle_ratio` | f64 \[U,K\] | the same for nodes of the wave calculation: parts of the speckle |
+//! | `specular_core_share` | f64 \[T,P\] | share of the light that stays a mirror beam (before Fresnel) |
+//! | `wave`, `specular_core_relative_se` | f64 \[T,P\] | 1 where the wave calculation served; error of its mirror beam |
 //! | `albedo`, `albedo_se`, `absorbed`, `lost`, `multiple_bounce`, `shadowed` | f64 \[T,P\] | energy book |
 //!
 //! All little-endian, C order. Same table, same bytes.
@@ -47,7 +49,7 @@ struct Header {
 
 /// Accessors of [`Node`] in the order they are stored.
 type Field = (&'static str, fn(&mut Node) -> &mut f64);
-const NODE_FIELDS: [Field; 7] = [
+const NODE_FIELDS: [Field; 9] = [
     ("specular_core_share", |n| &mut n.core_share),
     ("albedo", |n| &mut n.albedo),
     ("albedo_se", |n| &mut n.albedo_error),
@@ -55,6 +57,8 @@ const NODE_FIELDS: [Field; 7] = [
     ("lost", |n| &mut n.lost),
     ("multiple_bounce", |n| &mut n.multiple),
     ("shadowed", |n| &mut n.shadowed),
+    ("wave", |n| &mut n.wave),
+    ("specular_core_relative_se", |n| &mut n.core_error),
 ];
 
 impl Table {
@@ -95,6 +99,10 @@ impl Table {
             (
                 "subarea_ratio",
                 npy::encode(&[self.subarea_ratio.len(), k], self.subarea_ratio.iter().flatten().copied()),
+            ),
+            (
+                "speckle_ratio",
+                npy::encode(&[self.speckle_ratio.len(), k], self.speckle_ratio.iter().flatten().copied()),
             ),
         ];
         for (name, field) in NODE_FIELDS {
@@ -157,10 +165,16 @@ impl Table {
         let density = member::<f64>(&mut archive, "density", Some(size))?;
         let relative_error = member::<f64>(&mut archive, "density_relative_se", Some(size))?;
         let ratios = member::<f64>(&mut archive, "subarea_ratio", None)?;
-        if ratios.len() % k != 0 {
-            return Err(corrupt("subarea_ratio has another number of cells than density".to_owned()));
+        let speckle = member::<f64>(&mut archive, "speckle_ratio", None)?;
+        for (name, list) in [("subarea_ratio", &ratios), ("speckle_ratio", &speckle)] {
+            if list.len() % k != 0 {
+                return Err(corrupt(format!("{name} has another number of cells than density")));
+            }
         }
-        if [&density, &relative_error, &ratios].iter().any(|v| v.iter().any(|x| !(*x >= 0.0 && x.is_finite()))) {
+        if [&density, &relative_error, &ratios, &speckle]
+            .iter()
+            .any(|v| v.iter().any(|x| !(*x >= 0.0 && x.is_finite())))
+        {
             return Err(corrupt("a density is negative or not finite".to_owned()));
         }
         let mut nodes = vec![Node::default(); n];
@@ -182,6 +196,7 @@ impl Table {
             density,
             relative_error,
             subarea_ratio: ratios.chunks(k).map(<[f64]>::to_vec).collect(),
+            speckle_ratio: speckle.chunks(k).map(<[f64]>::to_vec).collect(),
             nodes,
             balance: Balance::default(),
             provenance: header.provenance,

@@ -60,6 +60,8 @@ pub struct Table {
     pub(crate) relative_error: Vec<f64>,
     /// `T` of each sub-area of the map relative to the whole, `[sub-area][cell]`.
     pub(crate) subarea_ratio: Vec<Vec<f64>>,
+    /// The same for nodes of the wave calculation: `T` of independent parts of the speckle; empty if there is no such node.
+    pub(crate) speckle_ratio: Vec<Vec<f64>>,
     /// Facts per node, `[theta][phi]`.
     pub(crate) nodes: Vec<Node>,
     /// Energy between the nodes, derived from `density`; not stored in the file.
@@ -82,6 +84,10 @@ pub struct Node {
     pub multiple: f64,
     /// Facet area hidden from the source, relative to the lit area.
     pub shadowed: f64,
+    /// 1 if the wave calculation served, 0 if rays did.
+    pub wave: f64,
+    /// Standard error of the core relative to it: map-to-map scatter of the mirror beam; 0 for rays.
+    pub core_error: f64,
 }
 
 impl Table {
@@ -125,11 +131,14 @@ impl Table {
     /// # Panics
     /// If `k` is not below [`Table::subareas`].
     pub fn of_subarea(&self, k: usize) -> Table {
-        let ratio = &self.subarea_ratio[k];
         let n = self.cells.len();
         let mut table = self.clone();
         table.subarea_ratio.clear();
-        table.density.chunks_mut(n).for_each(|t| t.iter_mut().zip(ratio).for_each(|(t, r)| *t *= r));
+        table.speckle_ratio.clear();
+        for (node, t) in table.density.chunks_mut(n).enumerate() {
+            let ratios = self.ratios_of(node);
+            t.iter_mut().zip(&ratios[k % ratios.len()]).for_each(|(t, r)| *t *= r);
+        }
         let subarea = balance::Balance::own_of(&table);
         // A sub-area has other slopes, not another amount of light.
         for (node, (own, whole)) in subarea.into_iter().zip(&self.balance.own).enumerate() {
@@ -140,6 +149,15 @@ impl Table {
         }
         table.balance = balance::Balance::of(&table);
         table
+    }
+
+    /// What carries the map-to-map error of a node.
+    pub(crate) fn ratios_of(&self, node: usize) -> &[Vec<f64>] {
+        if self.nodes[node].wave > 0.5 && !self.speckle_ratio.is_empty() {
+            &self.speckle_ratio
+        } else {
+            &self.subarea_ratio
+        }
     }
 
     /// Range of a node's cells in `density` and `relative_error`.

@@ -1,6 +1,7 @@
 //! Digital Surf `.sur` (MountainsMap), plain or compressed: a header of 512 bytes, remarks, then i16 or i32 heights.
 //!
-//! `height = raw * dz + z_offset` in the unit of dz; `raw = zmin - 2` is missing if the header says that points are.
+//! `height = raw * dz + z_offset` in the unit of dz; if the header says that points are missing, they are
+//! `raw = zmin - 2`, and `zmin - 1` and `zmax + 1` were beyond the range of the instrument.
 //! Source: Digital Surf file format description, appendix of the MountainsMap manual, as Gwyddion reads it.
 
 use super::ReadOptions;
@@ -55,8 +56,11 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<RawMap, Fault> {
         file.plane(start, rows, columns, sample)?
     };
     let offset = if offset.is_finite() { offset } else { 0.0 };
-    let missing = if file.u16(86)? == 1 { file.number(100, Sample::I32)? - 2.0 } else { f64::NAN };
-    let heights = raw.into_iter().map(|h| if h == missing { f64::NAN } else { h * unit + offset }).collect();
+    let [lowest, highest] = [file.number(100, Sample::I32)?, file.number(104, Sample::I32)?];
+    let marked = [lowest - 2.0, lowest - 1.0, highest + 1.0];
+    let gaps = file.u16(86)? == 1;
+    let heights =
+        raw.into_iter().map(|h| if gaps && marked.contains(&h) { f64::NAN } else { h * unit + offset }).collect();
     let notes = [("title", decode_text(file.slice(20, 30)?)), ("operator", decode_text(file.slice(50, 30)?))];
     let notes = notes.into_iter().filter(|(_, t)| !t.is_empty()).map(|(k, t)| (k.to_owned(), t)).collect();
     Ok(RawMap { heights: into_grid(rows, columns, heights, NAME)?, pitch_x, pitch_y, format: NAME, notes })

@@ -1,6 +1,6 @@
 //! A brushed finish: many grooves of one shape at random places along one direction.
 
-use super::{Grid, check_grid, map_of};
+use super::{Grid, check_grid, map_of, micrometres};
 use crate::error::{Error, Result};
 use crate::heightmap::RawMap;
 use crate::math::random::CounterRng;
@@ -111,7 +111,12 @@ fn check(grid: Grid, s: Brushed) -> Result<()> {
     let shortest = (grid.width as f64 * grid.pitch[0]).min(grid.height as f64 * grid.pitch[1]);
     match s.acl.into_iter().find(|acl| !(*acl >= coarse && 2.0 * acl <= shortest)) {
         Some(acl) => Err(Error::parameter(
-            format!("grooves of length scale {acl} m do not fit a map of {shortest} m at pitch {coarse} m"),
+            format!(
+                "grooves of length scale {} do not fit a map of {} at pitch {}",
+                micrometres(acl),
+                micrometres(shortest),
+                micrometres(coarse)
+            ),
             "choose both --acl between one pitch and half the map",
         )),
         None => Ok(()),

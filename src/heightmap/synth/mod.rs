@@ -25,6 +25,12 @@ pub struct Grid {
     pub pitch: [f64; 2],
 }
 
+/// A length \[m\] for a message: micrometres with six digits.
+fn micrometres(length: f64) -> String {
+    let rounded = format!("{:.5e}", length * 1e6);
+    format!("{} um", rounded.parse().unwrap_or(length * 1e6))
+}
+
 fn check_grid(grid: Grid) -> Result<()> {
     if grid.width < 2 || grid.height < 2 || grid.width.saturating_mul(grid.height) > 1 << 30 {
         return Err(Error::parameter(

@@ -1,6 +1,6 @@
 //! Surfaces in closed form. x grows with the column from 0 at the left, y against the row from 0 at the top.
 
-use super::{Grid, check_grid, map_of};
+use super::{Grid, check_grid, map_of, micrometres};
 use crate::error::{Error, Result};
 use crate::heightmap::RawMap;
 use ndarray::Array2;
@@ -68,7 +68,11 @@ pub fn cap(grid: Grid, radius: f64) -> Result<RawMap> {
     let corner = middle[0].hypot(middle[1]);
     if !(radius.is_finite() && radius.abs() > corner) {
         return Err(Error::parameter(
-            format!("a sphere of radius {radius} m does not reach the corners of the map, {corner} m from its middle"),
+            format!(
+                "a sphere of radius {} does not reach the corners of the map, {} from its middle",
+                micrometres(radius),
+                micrometres(corner)
+            ),
             "give a larger --radius, or a smaller map",
         ));
     }
@@ -86,7 +90,7 @@ fn check_period(grid: Grid, period: f64, angle: f64) -> Result<()> {
     let coarse = grid.pitch[0].max(grid.pitch[1]);
     if !(period.is_finite() && period >= 2.0 * coarse) {
         return Err(Error::parameter(
-            format!("a period of {period} m cannot be sampled with a pitch of {coarse} m"),
+            format!("a period of {} cannot be sampled with a pitch of {}", micrometres(period), micrometres(coarse)),
             "give --period at least two pitches, better ten",
         ));
     }

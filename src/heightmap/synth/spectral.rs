@@ -1,6 +1,6 @@
 //! Rough surfaces with a given autocorrelation: sums of plane waves of random phase.
 
-use super::{Grid, check_grid, map_of};
+use super::{Grid, check_grid, map_of, micrometres};
 use crate::error::{Error, Result};
 use crate::heightmap::RawMap;
 use crate::math::{fft, random::CounterRng};
@@ -119,8 +119,11 @@ fn check(grid: Grid, sq: f64, acl: [f64; 2]) -> Result<()> {
     match acl.into_iter().find(|acl| sq > 0.0 && !(*acl >= coarse && 2.0 * acl <= size[0].min(size[1]))) {
         Some(acl) => Err(Error::parameter(
             format!(
-                "the autocorrelation length {acl} m does not fit a map of {} x {} m at pitch {coarse} m",
-                size[0], size[1]
+                "the autocorrelation length {} does not fit a map of {} x {} at pitch {}",
+                micrometres(acl),
+                micrometres(size[0]),
+                micrometres(size[1]),
+                micrometres(coarse)
             ),
             "choose --acl between one pitch and half the map, better 4 pitches to 1/30 of the map",
         )),

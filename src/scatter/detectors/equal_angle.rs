@@ -4,8 +4,8 @@ use super::Rings;
 use crate::error::{Error, Result};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// More detectors than this would not fit beside the map.
-pub(super) const MOST: usize = 1 << 22;
+/// More detectors than this take longer to add up than to count into.
+pub(super) const MOST: usize = 1 << 20;
 
 impl Rings {
     /// Detectors centred on multiples of `step_theta` and `step_phi` \[rad\]; one round cap about the pole, and a last

@@ -9,6 +9,8 @@ use std::f64::consts::{PI, TAU};
 
 /// Steps along each side of a cell when its box in theta and phi is sought.
 const STEPS: usize = 8;
+/// Points along each side of a cell that the horizon cuts.
+const CUT: usize = 32;
 
 impl Detectors for HalfVectorCells {
     fn len(&self) -> usize {
@@ -25,17 +27,23 @@ impl Detectors for HalfVectorCells {
         Some(self)
     }
 
-    /// `integral over the cell of 4 cos(beta) cos(theta_r) cos^3(theta_h) dp dq` above the horizon, by the points of
-    /// [`HalfVectorCells::points`].
+    /// `integral over the cell of 4 cos(beta) cos(theta_r) cos^3(theta_h) dp dq` above the horizon: by the points of
+    /// [`HalfVectorCells::points`], by many more where the horizon cuts the cell.
     fn projected_solid_angle(&self, index: usize, wi: DVec3) -> f64 {
-        self.points(index)
-            .iter()
-            .filter_map(|point| {
-                let f = facing(point.p, point.q, wi)?;
-                let cos_h = half_vector(wi, f.wo).z;
-                (f.wo.z > 0.0).then(|| point.area * 4.0 * f.cos_beta * f.wo.z * cos_h.powi(3))
+        let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)].map(|(a, b)| self.slope_in(index, a, b));
+        let points = self.points(index).map(|point| (point.p, point.q, point.area));
+        let whole = points.iter().map(|&(p, q, _)| (p, q)).chain(corners).all(|(p, q)| jacobian(p, q, wi) > 0.0);
+        if whole {
+            return points.iter().map(|&(p, q, area)| area * jacobian(p, q, wi)).sum();
+        }
+        let middle = |k: usize| (k as f64 + 0.5) / CUT as f64;
+        let sum: f64 = (0..CUT * CUT)
+            .map(|k| {
+                let (p, q) = self.slope_in(index, middle(k % CUT), middle(k / CUT));
+                jacobian(p, q, wi)
             })
-            .sum()
+            .sum();
+        sum * self.area(index) / (CUT * CUT) as f64
     }
 
     /// Polar angle and azimuth of the half vector.
@@ -58,6 +66,14 @@ impl Detectors for HalfVectorCells {
             return Bounds { theta: [0.0, theta[1]], phi: [0.0, TAU] };
         }
         Bounds { theta, phi }
+    }
+}
+
+/// `dOmega_p / dp dq` of the mirror direction of a facet of slope `(p, q)`; 0 if it lies below the horizon.
+fn jacobian(p: f64, q: f64, wi: DVec3) -> f64 {
+    match facing(p, q, wi) {
+        Some(f) if f.wo.z > 0.0 => 4.0 * f.cos_beta * f.wo.z * half_vector(wi, f.wo).z.powi(3),
+        _ => 0.0,
     }
 }
 

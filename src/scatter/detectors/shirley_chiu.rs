@@ -19,11 +19,11 @@ impl ShirleyChiu {
     /// `4^k` cells.
     ///
     /// # Errors
-    /// `Error::Parameter` if `k` exceeds 11.
+    /// `Error::Parameter` if `k` exceeds 10.
     pub fn new(k: u32) -> Result<Self> {
         match 4usize.checked_pow(k) {
             Some(cells) if cells <= MOST => Ok(ShirleyChiu { side: 1 << k }),
-            _ => Err(Error::parameter(format!("4^{k} cells are too many"), "give shirley-chiu:K with K from 0 to 11")),
+            _ => Err(Error::parameter(format!("4^{k} cells are too many"), "give shirley-chiu:K with K from 0 to 10")),
         }
     }
 

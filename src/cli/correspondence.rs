@@ -1,0 +1,146 @@
+//! `asperity correspondence`: what the meters read along one parameter of a model.
+
+use super::print_json;
+use super::quantity;
+use crate::chart::parameter_chart;
+use crate::meter::Options;
+use crate::meter::correspondence::{Row, correspondence, ratios};
+use crate::model;
+use crate::output::write_bytes;
+use clap::Args;
+use serde_json::json;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Model without the parameter that varies, such as ward:rho_s=0.0491. Without it: Ward, Phong and Cook-Torrance
+    /// with the reflectance of the gloss standard
+    #[arg(value_name = "MODEL")]
+    model: Option<String>,
+    /// The parameter that varies, with its range: alpha=0.002..0.5
+    #[arg(long, value_name = "KEY=LOW..HIGH", requires = "model")]
+    vary: Option<String>,
+    /// Values of the parameter, in equal ratios
+    #[arg(long, default_value_t = 19, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    steps: u32,
+    /// Wavelength at which materials are looked up
+    #[arg(long, value_parser = quantity::length, default_value = "550nm")]
+    wavelength: f64,
+    /// Write the tables as CSV
+    #[arg(short, long, value_name = "FILE.csv")]
+    output: Option<PathBuf>,
+    /// Draw the first table
+    #[arg(long, value_name = "FILE.png")]
+    chart: Option<PathBuf>,
+}
+
+/// A model and the range of its parameter.
+struct Family {
+    model: String,
+    key: String,
+    low: f64,
+    high: f64,
+}
+
+/// Ward and Phong carry R(20 deg) of the standard as their strength, Cook-Torrance its index.
+const USUAL: [(&str, &str, f64, f64); 3] = [
+    ("ward:rho_s=0.0490781", "alpha", 0.002, 0.5),
+    ("phong:rho_s=0.0490781", "exponent", 10.0, 30000.0),
+    ("cook-torrance:n=1.567", "m", 0.002, 0.5),
+];
+
+pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
+    let options = Options { tolerance: 0.01, max_points: 32768, ..Options::default() };
+    let mut tables = Vec::new();
+    for family in families(a)? {
+        let separator = if family.model.contains(':') { ',' } else { ':' };
+        let build = |v: f64| model::parse(&format!("{}{separator}{}={v}", family.model, family.key), a.wavelength);
+        let values = ratios(family.low, family.high, a.steps as usize);
+        let rows = correspondence(&build, &values, &options)?;
+        tables.push((family, rows));
+    }
+    if let Some(path) = &a.output {
+        write_bytes(path, as_csv(&tables).as_bytes())?;
+    }
+    if let Some(path) = &a.chart {
+        draw(&tables[0].0, &tables[0].1).save_png(path)?;
+    }
+    if json {
+        let list: Vec<_> = tables.iter().map(|(f, rows)| as_json(f, rows)).collect();
+        return print_json(&json!({ "correspondence": list }));
+    }
+    for (family, rows) in &tables {
+        println!("{}", family.model);
+        println!("{:>12}  {:>9}  {:>9}  {:>9}  {:>9}", family.key, "20 deg", "60 deg", "85 deg", "haze");
+        for r in rows {
+            let [a, b, c] = r.gloss.map(|g| g.value);
+            println!("{:>12.6}  {a:>9.3}  {b:>9.3}  {c:>9.3}  {:>9.3}", r.parameter, r.haze.value);
+        }
+        println!();
+    }
+    println!("Gloss in GU; haze of both sides of 20 deg together (instrument haze-20). The way back, from readings to");
+    println!("parameters: asperity fit --model ward --gloss 80,60,40,20");
+    a.output.iter().chain(&a.chart).for_each(|path| println!("wrote {}", path.display()));
+    Ok(())
+}
+
+fn families(a: &Arguments) -> anyhow::Result<Vec<Family>> {
+    let Some(model) = &a.model else {
+        let usual = |(model, key, low, high): (&str, &str, f64, f64)| Family {
+            model: model.to_owned(),
+            key: key.to_owned(),
+            low,
+            high,
+        };
+        return Ok(USUAL.map(usual).into());
+    };
+    let bad = |what: String| crate::Error::parameter(what, "write for example --vary alpha=0.002..0.5");
+    let vary = a.vary.as_deref().ok_or_else(|| bad("the parameter that varies is not named".into()))?;
+    let parts = vary.split_once('=').and_then(|(key, range)| Some((key, range.split_once("..")?)));
+    let (key, (low, high)) = parts.ok_or_else(|| bad(format!("`--vary {vary}` is not KEY=LOW..HIGH")))?;
+    let number = |text: &str| text.trim().parse::<f64>().map_err(|_| bad(format!("`{text}` is not a number")));
+    let (low, high) = (number(low)?, number(high)?);
+    if !(low > 0.0 && high > low && high.is_finite()) {
+        return Err(bad(format!("`--vary {vary}` is not a rising range above 0")).into());
+    }
+    Ok(vec![Family { model: model.clone(), key: key.trim().to_owned(), low, high }])
+}
+
+fn as_csv(tables: &[(Family, Vec<Row>)]) -> String {
+    let mut csv = String::from("model,parameter,value,gloss_20,gloss_60,gloss_85,haze,largest_standard_error\n");
+    for (family, rows) in tables {
+        for r in rows {
+            let [a, b, c] = r.gloss.map(|g| g.value);
+            let worst = r.gloss.iter().chain([&r.haze]).map(|e| e.standard_error).fold(0.0, f64::max);
+            let (model, key) = (&family.model, &family.key);
+            let _ = writeln!(
+                csv,
+                "\"{model}\",{key},{:.8},{a:.4},{b:.4},{c:.4},{:.4},{worst:.4}",
+                r.parameter, r.haze.value
+            );
+        }
+    }
+    csv
+}
+
+fn as_json(family: &Family, rows: &[Row]) -> serde_json::Value {
+    let rows: Vec<_> = rows
+        .iter()
+        .map(|r| json!({ "value": r.parameter, "gloss": { "20": r.gloss[0], "60": r.gloss[1], "85": r.gloss[2] }, "haze": r.haze }))
+        .collect();
+    json!({ "model": family.model, "parameter": family.key, "rows": rows })
+}
+
+fn draw(family: &Family, rows: &[Row]) -> crate::chart::Raster {
+    let curve = |label: &str, of: &dyn Fn(&Row) -> f64| {
+        (label.to_owned(), rows.iter().map(|r| (r.parameter, of(r))).collect::<Vec<_>>())
+    };
+    let curves = [
+        curve("gloss 20\u{b0}", &|r| r.gloss[0].value),
+        curve("gloss 60\u{b0}", &|r| r.gloss[1].value),
+        curve("gloss 85\u{b0}", &|r| r.gloss[2].value),
+        curve("haze", &|r| r.haze.value),
+    ];
+    parameter_chart(&family.model, &family.key, "gloss and haze, GU", &curves)
+}

@@ -1,0 +1,120 @@
+//! Parallel light on a map: where its rays start, and the first facet each of them meets.
+
+use super::bounce::Arrival;
+use super::selection::Footprint;
+use crate::facets::visibility::{Fate, HeightField, Ray};
+use crate::heightmap::Edges;
+use glam::DVec3;
+
+/// Light from one direction over the lit part of the mean plane, which is widened so that every lit facet is fully lit.
+pub struct Beam<'a> {
+    field: &'a HeightField<'a>,
+    wi: DVec3,
+    footprint: Option<Footprint>,
+    /// Samples travelled along the columns and rows per metre of height on the way to the source.
+    lean: [f64; 2],
+    /// Corner and sides of the rectangle of the mean plane that rays are aimed at, in samples.
+    from: [f64; 2],
+    extent: [f64; 2],
+}
+
+impl<'a> Beam<'a> {
+    /// `wi` towards the source; only what meets a facet of `footprint` first is kept.
+    pub fn new(field: &'a HeightField<'a>, wi: DVec3, footprint: Option<Footprint>) -> Self {
+        let map = field.map();
+        let lean = [wi.x / wi.z / map.pitch_x, -wi.y / wi.z / map.pitch_y];
+        let [lowest, highest] = field.height_range();
+        let lit = footprint.unwrap_or(Footprint::whole(field.cells()));
+        let (mut from, mut extent) = ([0.0; 2], [0.0; 2]);
+        for (k, range) in [lit.columns, lit.rows].into_iter().enumerate() {
+            let (mut first, mut last) = (range[0] as f64, range[1] as f64);
+            // The whole of a repeated map is lit evenly already.
+            if map.edges == Edges::Open || footprint.is_some() {
+                // A facet at height z is met by the ray aimed at its own place minus lean * z.
+                first += (-lean[k] * highest).min(-lean[k] * lowest);
+                last += (-lean[k] * highest).max(-lean[k] * lowest);
+            }
+            (from[k], extent[k]) = (first, last - first);
+        }
+        Beam { field, wi, footprint, lean, from, extent }
+    }
+
+    /// Height over width of the rectangle that rays are aimed at, in samples.
+    pub fn aspect(&self) -> f64 {
+        self.extent[1] / self.extent[0]
+    }
+
+    /// The first facet that the ray aimed at place `u` in `[0, 1]^2` of the mean plane meets, if it is a lit one.
+    #[inline]
+    pub fn strike(&self, u: [f64; 2]) -> Option<Arrival> {
+        let aim = [0, 1].map(|k| self.from[k] + self.extent[k] * u[k]);
+        let (ray, flip) = self.launch(aim)?;
+        let Fate::Hit(hit) = self.field.trace(ray, None) else { return None };
+        if let Some(lit) = self.footprint {
+            // Of a repeated map only the copy that the rays are aimed at is lit.
+            let place = [0, 1].map(|k| aim[k] + self.lean[k] * hit.z);
+            let inside = match self.field.map().edges {
+                Edges::Open => lit.holds(hit.cell),
+                Edges::Mirrored | Edges::Periodic => {
+                    place.iter().all(|x| *x >= 0.0) && lit.holds(place.map(|x| x as usize))
+                }
+            };
+            if !inside {
+                return None;
+            }
+        }
+        let flip = [flip[0] * hit.flip[0], flip[1] * hit.flip[1]];
+        Some(Arrival {
+            point: [hit.column, hit.row, hit.z],
+            facet: (hit.cell, hit.upper),
+            slope: hit.slope,
+            back: self.wi * DVec3::new(flip[0], flip[1], 1.0),
+            flip,
+        })
+    }
+
+    /// The ray aimed at a point of the mean plane, started above the highest facet and moved into the map, and the flips of the
+    /// mirrored tile it starts in. For an open map it starts where it enters the outline; `None` if it passes by.
+    #[inline]
+    fn launch(&self, aim: [f64; 2]) -> Option<(Ray, [f64; 2])> {
+        let [_, highest] = self.field.height_range();
+        let size = self.field.cells().map(|n| n as f64);
+        let mut start = [0, 1].map(|k| aim[k] + self.lean[k] * highest);
+        let mut ray = Ray { column: start[0], row: start[1], z: highest, direction: -self.wi };
+        if (0..2).all(|k| start[k] >= 0.0 && start[k] < size[k]) {
+            return Some((ray, [1.0; 2]));
+        }
+        let mut flip = [1.0; 2];
+        match self.field.map().edges {
+            Edges::Periodic => start = [0, 1].map(|k| start[k].rem_euclid(size[k])),
+            Edges::Mirrored => {
+                for k in 0..2 {
+                    let folded = start[k].rem_euclid(2.0 * size[k]);
+                    start[k] = if folded > size[k] { 2.0 * size[k] - folded } else { folded };
+                    flip[k] = if folded > size[k] { -1.0 } else { 1.0 };
+                }
+                ray.direction *= DVec3::new(flip[0], flip[1], 1.0);
+            }
+            Edges::Open => {
+                let drop = |k: usize| {
+                    let outside = if start[k] < 0.0 { start[k] } else { (start[k] - size[k]).max(0.0) };
+                    if outside == 0.0 { 0.0 } else { outside / self.lean[k] }
+                };
+                let fall = drop(0).max(drop(1));
+                let slack = 1e-9 * size[0].max(size[1]);
+                start = [0, 1].map(|k| start[k] - self.lean[k] * fall);
+                if (0..2).any(|k| start[k] < -slack || start[k] > size[k] + slack) {
+                    return None;
+                }
+                start = [0, 1].map(|k| start[k].clamp(0.0, size[k]));
+                ray.z -= fall;
+                // Under the surface's border: this ray passes below the measured sheet.
+                if self.field.height_at(start[0], start[1]).is_some_and(|h| ray.z < h) {
+                    return None;
+                }
+            }
+        }
+        (ray.column, ray.row) = (start[0], start[1]);
+        Some((ray, flip))
+    }
+}

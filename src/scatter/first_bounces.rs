@@ -1,0 +1,84 @@
+//! Sums of beams that left their first facet for good, small enough that adding one takes a few clock ticks.
+
+use super::accumulator::Accumulator;
+use super::detectors::Detectors;
+use super::lanes::{HEAVIEST_BITS, Lanes, STEP_BITS};
+use crate::facets::row_sight::RUN;
+
+/// Squares are of energies in steps of `2^-SQUARE_BITS`.
+const SQUARE_BITS: u32 = 18;
+
+/// Facets after which a sum of squares might overflow.
+const FULL: usize = 1 << (64 - 2 * (SQUARE_BITS + HEAVIEST_BITS));
+
+/// Facets of one slot: steps of energy, their squares, facets, beams. One cache access for all four.
+type Bin = [u64; 4];
+
+/// Sums of whole numbers over runs of facets, poured into an [`Accumulator`] before they overflow and at the end.
+pub struct FirstBounces {
+    bins: Vec<Bin>,
+    /// Slots that are detectors; the core and the missing facets follow.
+    detectors: usize,
+    by_slope: bool,
+    weight: u64,
+    shadow: u64,
+    facets: usize,
+    sums: Accumulator,
+}
+
+impl FirstBounces {
+    /// Nothing yet.
+    pub fn new<D: Detectors + ?Sized>(detectors: &D) -> Self {
+        FirstBounces {
+            bins: vec![[0; 4]; detectors.len() + Lanes::EXTRA_SLOTS],
+            detectors: detectors.len(),
+            by_slope: detectors.slope_cells().is_some(),
+            weight: 0,
+            shadow: 0,
+            facets: 0,
+            sums: Accumulator::new(detectors.len()),
+        }
+    }
+
+    /// Adds the facets of a run.
+    pub fn add(&mut self, lanes: &Lanes) {
+        self.facets += RUN;
+        if self.facets > FULL {
+            self.pour();
+            self.facets = RUN;
+        }
+        for k in 0..RUN {
+            let (weight, energy) = (lanes.weight[k], u64::from(lanes.energy[k]));
+            let root = energy >> (STEP_BITS - SQUARE_BITS);
+            let bin = &mut self.bins[lanes.slot[k] as usize];
+            bin[0] += energy;
+            bin[1] += root * root;
+            bin[2] += 1;
+            bin[3] += u64::from(weight > 0);
+        }
+        let sum = |steps: &[u32; RUN]| steps.iter().map(|&w| u64::from(w)).sum::<u64>();
+        self.weight += sum(&lanes.weight);
+        self.shadow += sum(&lanes.shadow);
+    }
+
+    /// All that was added.
+    pub fn sums(mut self) -> Accumulator {
+        self.pour();
+        self.sums
+    }
+
+    fn pour(&mut self) {
+        self.sums.arrived_steps(std::mem::take(&mut self.weight), STEP_BITS);
+        self.sums.shadowed_steps(std::mem::take(&mut self.shadow), STEP_BITS);
+        for (slot, bin) in self.bins.iter_mut().enumerate() {
+            let [energy, squares, facets, beams] = std::mem::take(bin);
+            let detector = (slot < self.detectors).then_some(slot);
+            if beams > 0 {
+                self.sums.first_bounces(detector, beams, (energy, STEP_BITS), (squares, 2 * SQUARE_BITS));
+            }
+            if let (Some(cell), true, true) = (detector, self.by_slope, facets > 0) {
+                self.sums.asked(cell, facets);
+            }
+        }
+    }
+}
