@@ -16,11 +16,8 @@ mod shapes;
 mod slices;
 mod units;
 
-<<<<<<< HEAD
-pub use fit_page::fit_page;
-=======
 pub use curves::{parameter_chart, scan_chart};
->>>>>>> main
+pub use fit_page::fit_page;
 pub use gloss_roughness::{GlossPoint, gloss_vs_roughness};
 pub use height_view::height_preview;
 pub use inspection::{PageNotes, inspection_page};
