@@ -144,17 +144,16 @@ impl Canvas<'_> {
         self.line(&closed, color, OUTLINE);
     }
 
-<<<<<<< HEAD
     /// Filled polygon.
     pub fn polygon(&self, points: &[Point], color: RGBColor) {
         let _ = self.area.draw(&Polygon::new(points.iter().copied().map(at).collect::<Vec<_>>(), color.filled()));
-=======
+    }
+
     /// Diagonal cross of half width `size`.
     pub fn cross(&self, (x, y): Point, size: f64, color: RGBColor) {
         for turn in [-1.0, 1.0] {
             self.line(&[(x - size, y - turn * size), (x + size, y + turn * size)], color, OUTLINE);
         }
->>>>>>> main
     }
 
     /// Vertical error bar with caps.

@@ -2,18 +2,13 @@
 
 mod brdf;
 mod convert;
-<<<<<<< HEAD
+mod correspondence;
 mod fit;
 mod fit_target;
 mod gloss;
 mod inspect;
-mod lobe;
-=======
-mod correspondence;
-mod gloss;
-mod inspect;
 mod instrument;
->>>>>>> main
+mod lobe;
 mod map_options;
 mod models;
 mod predict;
@@ -54,21 +49,18 @@ enum Verb {
     Brdf(brdf::Arguments),
     /// Gloss at 20, 60 and 85 deg, haze, image quality and any instrument, of maps, tables or models
     Gloss(gloss::Arguments),
-<<<<<<< HEAD
     /// Parameters of a model from a map, table, list of f_r or model, or from gloss and haze to be reached
     Fit(fit::Arguments),
     /// Picture of lobes: slices in the plane of incidence and in the round (.svg, .png)
     Lobe(lobe::Arguments),
     /// A NEF-BM material from the scans of a goniometer, with residuals and standard errors
     Protocol(protocol::Arguments),
-=======
     /// The BRDF in the plane of incidence as a goniometer scans it: CSV and chart
     Scan(scan::Arguments),
     /// The named light meters with the sources of their numbers, as TOML to start from; checks a file of one's own
     Instrument(instrument::Arguments),
     /// What the meters read along one parameter of a model
     Correspondence(correspondence::Arguments),
->>>>>>> main
     /// Comparison picture of maps, tables or models
     Tiles(tiles::Arguments),
     /// Height map to another format (.x3p, .sdf, .npy, 16-bit .png), or to a picture in colour
@@ -93,15 +85,12 @@ pub fn run() -> std::process::ExitCode {
         Verb::Inspect(a) => inspect::run(&a, cli.json),
         Verb::Brdf(a) => brdf::run(&a, cli.json),
         Verb::Gloss(a) => gloss::run(&a, cli.json),
-<<<<<<< HEAD
         Verb::Fit(a) => fit::run(&a, cli.json),
         Verb::Lobe(a) => lobe::run(&a, cli.json),
         Verb::Protocol(a) => protocol::run(&a, cli.json),
-=======
         Verb::Scan(a) => scan::run(&a, cli.json),
         Verb::Instrument(a) => instrument::run(&a, cli.json),
         Verb::Correspondence(a) => correspondence::run(&a, cli.json),
->>>>>>> main
         Verb::Tiles(a) => tiles::run(&a, cli.json),
         Verb::Convert(a) => convert::run(&a, cli.json),
         Verb::Synth(a) => synth::run(&a, cli.json),

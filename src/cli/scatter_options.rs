@@ -75,11 +75,11 @@ impl ScatterOptions {
         self.wavelength
     }
 
-<<<<<<< HEAD
     /// The same at another wavelength \[m\].
     pub fn at_wavelength(&self, wavelength: f64) -> Self {
         ScatterOptions { wavelength, ..self.clone() }
-=======
+    }
+
     /// Directions of incidence asked for, `(theta_i, phi_i)` \[rad\]; 20 deg at azimuth 0 unless said otherwise.
     pub fn directions(&self) -> Result<Vec<(f64, f64)>> {
         self.settings()?;
@@ -91,7 +91,6 @@ impl ScatterOptions {
     /// Whether --phi-i was given.
     pub fn names_azimuths(&self) -> bool {
         self.phi_i.is_some()
->>>>>>> main
     }
 
     /// The library's settings.
