@@ -52,11 +52,19 @@ pub fn decades(low: f64, high: f64) -> Axis {
     Axis { low: 10f64.powi(first), high: 10f64.powi(last), logarithmic: true, ticks, minor }
 }
 
-/// Linear axis over exactly `low` to `high`, with ticks at round numbers inside.
+/// Linear axis over exactly `low` to `high`, with ticks at round numbers inside: about `wanted`, but at least three.
 pub fn exact(low: f64, high: f64, wanted: usize) -> Axis {
-    let round = Axis::linear(low, high, wanted);
     let slack = 1e-9 * (high - low);
-    let ticks = round.ticks.into_iter().filter(|t| *t >= low - slack && *t <= high + slack).collect();
+    let inside = |wanted: usize| -> Vec<f64> {
+        let round = Axis::linear(low, high, wanted);
+        round.ticks.into_iter().filter(|t| *t >= low - slack && *t <= high + slack).collect()
+    };
+    let mut ticks = inside(wanted);
+    for more in wanted + 1..wanted + 6 {
+        if ticks.len() < 3 {
+            ticks = inside(more);
+        }
+    }
     Axis { low, high, logarithmic: false, ticks, minor: Vec::new() }
 }
 

@@ -124,7 +124,7 @@ impl ZeroBistatic {
     /// Tangent of the angle where the scan has fallen to half of its largest value, within 0.01 and 1.
     pub fn half_width(&self) -> f64 {
         let peak = self.points.iter().fold(0.0f64, |m, p| m.max(p.1));
-        let half = (0..900).map(|k| f64::from(k) * FRAC_PI_2 / 900.0).filter(|t| self.at(*t) > 0.5 * peak).next_back();
+        let half = (0..900).map(|k| f64::from(k) * FRAC_PI_2 / 900.0).rfind(|t| self.at(*t) > 0.5 * peak);
         half.unwrap_or(0.0).tan().clamp(0.01, 1.0)
     }
 
