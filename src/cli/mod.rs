@@ -5,13 +5,17 @@ mod check;
 mod convert;
 mod correspondence;
 mod eval;
+mod fit;
+mod fit_target;
 mod gloss;
 mod inspect;
 mod instrument;
+mod lobe;
 mod map_options;
 mod models;
 mod predict;
 mod progress;
+mod protocol;
 mod quantity;
 mod readings;
 mod sample;
@@ -48,6 +52,12 @@ enum Verb {
     Brdf(brdf::Arguments),
     /// Gloss at 20, 60 and 85 deg, haze, image quality and any instrument, of maps, tables or models
     Gloss(gloss::Arguments),
+    /// Parameters of a model from a map, table, list of f_r or model, or from gloss and haze to be reached
+    Fit(fit::Arguments),
+    /// Picture of lobes: slices in the plane of incidence and in the round (.svg, .png)
+    Lobe(lobe::Arguments),
+    /// A NEF-BM material from the scans of a goniometer, with residuals and standard errors
+    Protocol(protocol::Arguments),
     /// f_r and its error at listed directions, of a map, table or model
     Eval(eval::Arguments),
     /// Directions drawn from a map, table or model, with pdf and weight (.npy)
@@ -84,6 +94,9 @@ pub fn run() -> std::process::ExitCode {
         Verb::Inspect(a) => inspect::run(&a, cli.json),
         Verb::Brdf(a) => brdf::run(&a, cli.json),
         Verb::Gloss(a) => gloss::run(&a, cli.json),
+        Verb::Fit(a) => fit::run(&a, cli.json),
+        Verb::Lobe(a) => lobe::run(&a, cli.json),
+        Verb::Protocol(a) => protocol::run(&a, cli.json),
         Verb::Eval(a) => eval::run(&a, cli.json),
         Verb::Sample(a) => sample::run(&a, cli.json),
         Verb::Check(a) => check::run(&a, cli.json),

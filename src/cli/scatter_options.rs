@@ -75,6 +75,11 @@ impl ScatterOptions {
         self.wavelength
     }
 
+    /// The same at another wavelength \[m\].
+    pub fn at_wavelength(&self, wavelength: f64) -> Self {
+        ScatterOptions { wavelength, ..self.clone() }
+    }
+
     /// Seed of everything random.
     pub fn seed(&self) -> u64 {
         self.seed
