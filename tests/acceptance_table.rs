@@ -32,6 +32,8 @@ fn by_formula(alpha: f64, material: Material, theta_i: &[f64], tolerance: f64) -
     let mut statistics = SlopeStatistics::measure(&gaussian(0.1, 64)).unwrap();
     statistics.sdq = alpha;
     statistics.core = 1.0;
+    // A formula is a map of very many facets: nothing in it is low by chance.
+    statistics.facets = 1 << 40;
     let cells = HalfVectorCells::for_lobe(&statistics, true, tolerance);
     let p22 = |p: f64, q: f64| (-(p * p + q * q) / (alpha * alpha)).exp() / (std::f64::consts::PI * alpha * alpha);
     let side = 6;
