@@ -47,7 +47,7 @@ struct Family {
 const USUAL: [(&str, &str, f64, f64); 3] = [
     ("ward:rho_s=0.0490781", "alpha", 0.002, 0.5),
     ("phong:rho_s=0.0490781", "exponent", 10.0, 30000.0),
-    ("cook-torrance:n=1.567", "m", 0.002, 0.5),
+    ("cook-torrance:n=1.567", "alpha", 0.002, 0.5),
 ];
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
