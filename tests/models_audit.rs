@@ -288,6 +288,16 @@ fn extreme_draws() {
     }
 }
 
+/// Standard deviation of the weights of a model's draws.
+fn scatter_of_draws(brdf: &dyn Brdf, theta: f64) -> f64 {
+    let mut rng = CounterRng::new(17, 0, 0);
+    let wi = direction(theta, 0.0);
+    let weights: Vec<f64> =
+        (0..4096).map(|_| brdf.sample(wi, [rng.uniform(), rng.uniform()]).map_or(0.0, |draw| draw.weight)).collect();
+    let mean = weights.iter().sum::<f64>() / weights.len() as f64;
+    (weights.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / weights.len() as f64).sqrt()
+}
+
 /// Whatever the parameters, `bounded=true` keeps the albedo at or below 1; models that say they conserve energy do so on
 /// their own.
 #[test]
@@ -303,7 +313,9 @@ fn energy_as_documented_and_bounded_on_request() {
             let bounded = definition.build(WAVELENGTH).unwrap();
             for a in angles {
                 let e = bounded.albedo(a.to_radians());
-                assert!(e <= 1.0 + 2e-3, "{definition} at {a}: {e}");
+                // The albedo of a bounded model is a mean over 16384 of its draws; few but heavy ones at grazing.
+                let noise = scatter_of_draws(bounded.as_ref(), a.to_radians()) / 16384f64.sqrt();
+                assert!(e <= 1.0 + 2e-3 + 4.0 * noise, "{definition} at {a}: {e} +- {noise}");
             }
             let (i, o) = (direction(1.5, 0.3), direction(1.2, 3.0));
             let (f, g) = (bounded.eval(i, o), bounded.eval(o, i));

@@ -75,6 +75,22 @@ impl ScatterOptions {
         self.wavelength
     }
 
+    /// The same at another wavelength \[m\].
+    pub fn at_wavelength(&self, wavelength: f64) -> Self {
+        ScatterOptions { wavelength, ..self.clone() }
+    }
+
+    /// Seed of everything random.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The flags without the incident angles, which are given apart: for verbs that ask about one direction.
+    pub fn without_angles(mut self) -> (Self, Option<Vec<f64>>, Option<Vec<f64>>) {
+        let (theta_i, phi_i) = (self.theta_i.take(), self.phi_i.take());
+        (self, theta_i, phi_i)
+    }
+
     /// Directions of incidence asked for, `(theta_i, phi_i)` \[rad\]; 20 deg at azimuth 0 unless said otherwise.
     pub fn directions(&self) -> Result<Vec<(f64, f64)>> {
         self.settings()?;
