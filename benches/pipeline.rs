@@ -5,11 +5,9 @@
 
 use asperity::facets::{HeightField, SlopeStatistics};
 use asperity::heightmap::{Edges, HeightMap, level, synth};
-use asperity::math::frame::DVec3;
-use asperity::math::random::CounterRng;
-use asperity::math::{direction, reflect};
+use asperity::math::direction;
 use asperity::meter::{self, Geometry, gloss};
-use asperity::optics::{Brdf, Material};
+use asperity::optics::Material;
 use asperity::render::{Tile, TilesOptions, render_tiles};
 use asperity::sample::TableBrdf;
 use asperity::scatter::Selection;
@@ -93,37 +91,8 @@ fn scattering(c: &mut Criterion) {
     g.finish();
 }
 
-/// Random pairs of directions near the lobe, and random numbers, to be used in turn.
-fn queries(brdf: &TableBrdf) -> Vec<(DVec3, DVec3, [f64; 2])> {
-    let mut rng = CounterRng::new(2, 0, 0);
-    (0..4096)
-        .map(|_| {
-            let wi = direction(1.3 * rng.uniform(), std::f64::consts::TAU * rng.uniform());
-            let u = [rng.uniform(), rng.uniform()];
-            let wo = brdf.sample(wi, u).map_or_else(|| reflect(wi, DVec3::Z), |s| s.wo);
-            (wi, wo, [rng.uniform(), rng.uniform()])
-        })
-        .collect()
-}
-
-fn lookups(c: &mut Criterion) {
+fn glossmeter(c: &mut Criterion) {
     let brdf = table();
-    let queries = queries(&brdf);
-    let alias = brdf.alias(2).expect("a lobe");
-    let mut g = group(c, "6 table of 13 angles, per call", queries.len() as u64);
-    g.bench_function("alias draw of a cell", |b| {
-        b.iter(|| queries.iter().map(|q| alias.draw(q.2[0]).0).sum::<usize>());
-    });
-    g.bench_function("sample with weight and pdf", |b| {
-        b.iter(|| queries.iter().filter_map(|q| brdf.sample(q.0, q.2)).map(|s| s.weight + s.pdf).sum::<f64>());
-    });
-    g.bench_function("pdf", |b| b.iter(|| queries.iter().map(|q| brdf.pdf(q.0, q.1)).sum::<f64>()));
-    g.bench_function("eval", |b| b.iter(|| queries.iter().map(|q| brdf.eval(q.0, q.1)).sum::<f64>()));
-    g.bench_function("eval and pdf", |b| {
-        b.iter(|| queries.iter().map(|q| brdf.eval(q.0, q.1) + brdf.pdf(q.0, q.1)).sum::<f64>());
-    });
-    g.finish();
-
     let mut g = group(c, "7 gloss of a table, per angle", 3);
     g.bench_function("20, 60, 85 deg, default error", |b| {
         let options = meter::Options::default();
@@ -155,7 +124,7 @@ fn all(c: &mut Criterion) {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first use of the pool");
     slopes(c);
     scattering(c);
-    lookups(c);
+    glossmeter(c);
     rendering(c);
 }
 

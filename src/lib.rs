@@ -17,7 +17,7 @@
 //!
 //! # Rooms, from the ground floor up; a file uses lower floors and its own folder only
 //!
-//! `error`, `output`, `npy`, `archive`, [`math`] · [`optics`] · [`heightmap`] · [`facets`] · [`scatter`] · [`table`], [`model`] ·
+//! `error`, `output`, `npy`, `archive`, `columns`, [`math`] · [`optics`] · [`heightmap`] · [`facets`] · [`scatter`] · [`table`], [`model`] ·
 //! [`sample`], [`fit`] · [`meter`], [`render`] · [`chart`] · [`report`] · [`cli`]
 //!
 //! # The whole pipeline
@@ -46,6 +46,7 @@
 pub mod archive;
 pub mod chart;
 pub mod cli;
+pub mod columns;
 pub mod error;
 pub mod facets;
 pub mod fit;

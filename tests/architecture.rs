@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// Rooms from the ground up; those in one row share a floor and may not use each other.
 const FLOORS: [&[&str]; 11] = [
-    &["error", "output", "npy", "archive", "math"],
+    &["error", "output", "npy", "archive", "columns", "math"],
     &["optics"],
     &["heightmap"],
     &["facets"],

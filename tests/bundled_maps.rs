@@ -6,6 +6,7 @@ use asperity::heightmap::write::x3p;
 use asperity::heightmap::{Edges, level, parameters, synth};
 use asperity::meter::Geometry;
 use asperity::report::{Settings, predict};
+use asperity::scatter::Method;
 use std::path::{Path, PathBuf};
 
 const SERIES: [u32; 7] = [3, 50, 100, 150, 201, 402, 805];
@@ -85,6 +86,7 @@ fn gloss_of_the_series() {
         let map = level::level(&raw, Edges::Open).unwrap();
         // The angles around 20 and 60 deg are all that is needed here.
         let mut settings = Settings::default();
+        settings.scatter.method = Method::Geometric;
         settings.scatter.theta_i = [15.0f64, 20.0, 25.0, 55.0, 60.0, 65.0].map(f64::to_radians).to_vec();
         let standard = predict(&map, "map", &settings, &|_| ()).unwrap();
         settings.glossmeter = collimated.clone();

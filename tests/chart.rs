@@ -2,22 +2,24 @@
 
 use asperity::chart::{GlossPoint, gloss_vs_roughness};
 use asperity::math::Estimate;
+use asperity::meter::Holds::{self, Neither, Rays, Waves};
 use quick_xml::events::{BytesStart, Event};
 
-/// Ray gloss of Gaussian surfaces, n = 1.5, 550 nm, correlation length 20 um (series of Beckmann and Spizzichino).
+/// Gloss of Gaussian surfaces by rays, n = 1.5, 550 nm, correlation length 20 um (series of Beckmann and Spizzichino).
 fn surfaces() -> Vec<GlossPoint> {
     let rows = [
-        (3.0, [82.0452, 89.1368, 98.9744], [false; 3]),
-        (50.0, [79.8830, 89.1413, 98.9190], [false; 3]),
-        (150.0, [39.2850, 82.8992, 88.8139], [true, false, false]),
-        (201.0, [26.1761, 73.4296, 76.9896], [true, false, false]),
-        (805.0, [2.0845, 21.8706, 22.8725], [true, true, false]),
+        (3.0, [82.0452, 89.1368, 98.9744], [Waves; 3]),
+        (50.0, [79.8830, 89.1413, 98.9190], [Waves; 3]),
+        (150.0, [39.2850, 82.8992, 88.8139], [Rays, Waves, Neither]),
+        (201.0, [26.1761, 73.4296, 76.9896], [Rays, Waves, Waves]),
+        (805.0, [2.0845, 21.8706, 22.8725], [Rays, Rays, Neither]),
     ];
-    rows.map(|(nm, gloss, ray_valid)| GlossPoint {
+    rows.map(|(nm, gloss, holds): (f64, [f64; 3], [Holds; 3])| GlossPoint {
         name: format!("epoxy <{nm} nm> & \"so on\""),
         sq: nm * 1e-9,
         gloss: gloss.map(|value| Estimate { value, standard_error: 1.5 }),
-        ray_valid,
+        holds,
+        ray_gloss: Some(gloss.map(|g| 0.9 * g)),
     })
     .to_vec()
 }
@@ -78,16 +80,18 @@ fn shapes(svg: &str) -> Shapes {
 fn says_what_it_shows() {
     let svg = gloss_vs_roughness(&surfaces(), "Epoxy & glass");
     let found = shapes(&svg);
-    for label in ["20\u{b0}", "60\u{b0}", "85\u{b0}", "nm", "GU", "standard error", "hollow", "Sq"] {
+    for label in
+        ["20\u{b0}", "60\u{b0}", "85\u{b0}", "nm", "GU", "standard error", "hollow", "rays alone", "neither", "Sq"]
+    {
         assert!(found.texts.iter().any(|t| t.contains(label)), "{label} in {:?}", found.texts);
     }
     // Logarithmic axis of Sq, gloss from 0 to a round number above the highest bar.
     for tick in ["2", "5", "10", "1000", "0", "120"] {
         assert!(found.texts.iter().any(|t| t == tick), "{tick} in {:?}", found.texts);
     }
-    // One hollow marker per invalid reading, and three in the legend.
-    let invalid = surfaces().iter().flat_map(|p| p.ray_valid).filter(|v| !v).count();
-    assert_eq!(found.white_filled, invalid + 3);
+    // One hollow marker per reading that is not by rays, and twice three in the legend: by waves, and by neither.
+    let hollow = surfaces().iter().flat_map(|p| p.holds).filter(|&h| h != Rays).count();
+    assert_eq!(found.white_filled, hollow + 6);
     assert_eq!(svg, gloss_vs_roughness(&surfaces(), "Epoxy & glass"));
     let mut reversed = surfaces();
     reversed.reverse();
@@ -98,7 +102,7 @@ fn says_what_it_shows() {
 fn legends_only_for_what_is_there() {
     let mut exact = surfaces();
     for p in &mut exact {
-        p.ray_valid = [true; 3];
+        p.holds = [Rays; 3];
         p.gloss = p.gloss.map(|g| Estimate::exact(g.value));
     }
     let found = shapes(&gloss_vs_roughness(&exact, "exact"));

@@ -451,6 +451,8 @@ fn the_list_of_models_is_complete() {
         "he-torrance",
         "poulin-fournier",
         "blinn-dusty",
+        "beard-maxwell",
+        "nef-bm",
         "metallic",
         "mirror",
         "dielectric",

@@ -15,7 +15,12 @@ const WAVELENGTH: f64 = 550e-9;
 /// `trials` definitions of every form of `entry` with parameters drawn from their usual ranges; every third of a model that
 /// can be brushed is.
 fn definitions(entry: &'static Entry, trials: u64) -> Vec<Definition> {
-    let mut forms = vec![entry.name.to_owned()];
+    // Free text, such as a measured scan, as the example has it.
+    let free =
+        |pair: &&str| entry.words.iter().any(|w| w.options.is_empty() && pair.starts_with(&format!("{}=", w.name)));
+    let given: Vec<&str> = entry.example.split_once(':').map_or("", |(_, rest)| rest).split(',').filter(free).collect();
+    let mark = if given.is_empty() { "" } else { ":" };
+    let mut forms = vec![format!("{}{mark}{}", entry.name, given.join(","))];
     for word in entry.words.iter().filter(|w| !w.options.is_empty()) {
         let extend = |start: &String| {
             let mark = if start.contains(':') { ',' } else { ':' };
@@ -59,9 +64,16 @@ fn definitions(entry: &'static Entry, trials: u64) -> Vec<Definition> {
 }
 
 fn every_definition(trials: u64) -> impl Iterator<Item = (Definition, Box<dyn Brdf>)> {
-    MODELS.iter().flat_map(move |entry| definitions(entry, trials)).map(|definition| {
-        let brdf = definition.build(WAVELENGTH).unwrap_or_else(|e| panic!("{definition}: {e}"));
-        (definition, brdf)
+    MODELS.iter().flat_map(move |entry| definitions(entry, trials)).filter_map(|definition| {
+        match definition.build(WAVELENGTH) {
+            Ok(brdf) => Some((definition, brdf)),
+            // A form that needs a file is none of this test's.
+            Err(e) if definition.entry().words.iter().any(|w| w.options.is_empty()) => {
+                println!("left out: {definition}: {e}");
+                None
+            }
+            Err(e) => panic!("{definition}: {e}"),
+        }
     })
 }
 
@@ -223,10 +235,32 @@ fn entry_is_brushed(definition: &Definition) -> bool {
     ["alpha_x", "c_x"].iter().any(|key| definition.get(key).is_some()) || definition.entry().name == "poulin-fournier"
 }
 
-/// The corners of the unit square and grazing light give numbers, never NaN.
+/// The corners of the unit square and grazing light give numbers, never NaN; weights of visible normals never exceed R.
 #[test]
 fn extreme_draws() {
-    for (definition, brdf) in every_definition(3) {
+    let sharp = [
+        "beckmann:alpha=0.0001,n=1.5",
+        "ggx:alpha=0.0001,n=1.5",
+        "ggx:alpha=2,material=mirror",
+        "beckmann:alpha=2,material=mirror",
+        "cook-torrance:alpha=0.0001,n=1.5",
+        "phong:rho_s=1,exponent=1e6",
+        "ward:rho_s=1,alpha=0.0001",
+        "lafortune:c_xy=-1,c_z=1,exponent=10000",
+        "lafortune:c_xy=0,c_z=-1,exponent=2.5",
+        "blinn-dusty:w=1,g=0.95",
+        "blinn-dusty:w=1,g=-0.95,tau=0",
+        "oren-nayar:rho=1,sigma=60deg",
+        "minnaert:rho=1,k=10",
+        "poulin-fournier:d=0.1,h=0,rho_s=1,exponent=10000",
+        "poulin-fournier:d=20,h=1,rho_s=0.5,rho_d=0.5",
+        "he-torrance:sigma=10um,tau=20um,n=1.5",
+        "he-torrance:sigma=1nm,tau=10mm,material=al",
+        "metallic:x15=100,x45=0.1,x110=0",
+    ];
+    let sharp = sharp.map(|text| Definition::parse(text).unwrap());
+    let sharp = sharp.into_iter().map(|definition| (definition.clone(), definition.build(WAVELENGTH).unwrap()));
+    for (definition, brdf) in every_definition(3).chain(sharp) {
         for theta in [0.0, 1e-9, 45.0, 89.9, 89.9999999f64] {
             let wi = direction(theta.to_radians(), 0.6);
             for u in [0.0, 1e-300, 0.25, 0.5, 1.0 - 1e-10, 1.0 - f64::EPSILON / 2.0] {
@@ -234,6 +268,10 @@ fn extreme_draws() {
                     let Some(s) = brdf.sample(wi, [u, v]) else { continue };
                     let fine = s.weight.is_finite() && s.weight >= 0.0 && s.pdf > 0.0;
                     assert!(fine, "{definition} {theta} {u} {v}: {s:?}");
+                    let visible = ["beckmann", "ggx"].contains(&definition.entry().name);
+                    let hidden =
+                        !definition.to_string().contains("shadowing") || definition.to_string().contains("=correlated");
+                    assert!(!(visible && hidden) || s.weight <= 1.0 + 1e-12, "{definition} {theta} {u} {v}: {s:?}");
                 }
             }
             for o in [0.0, 30.0, 89.9999999f64] {
@@ -248,6 +286,16 @@ fn extreme_draws() {
             }
         }
     }
+}
+
+/// Standard deviation of the weights of a model's draws.
+fn scatter_of_draws(brdf: &dyn Brdf, theta: f64) -> f64 {
+    let mut rng = CounterRng::new(17, 0, 0);
+    let wi = direction(theta, 0.0);
+    let weights: Vec<f64> =
+        (0..4096).map(|_| brdf.sample(wi, [rng.uniform(), rng.uniform()]).map_or(0.0, |draw| draw.weight)).collect();
+    let mean = weights.iter().sum::<f64>() / weights.len() as f64;
+    (weights.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / weights.len() as f64).sqrt()
 }
 
 /// Whatever the parameters, `bounded=true` keeps the albedo at or below 1; models that say they conserve energy do so on
@@ -265,7 +313,9 @@ fn energy_as_documented_and_bounded_on_request() {
             let bounded = definition.build(WAVELENGTH).unwrap();
             for a in angles {
                 let e = bounded.albedo(a.to_radians());
-                assert!(e <= 1.0 + 2e-3, "{definition} at {a}: {e}");
+                // The albedo of a bounded model is a mean over 16384 of its draws; few but heavy ones at grazing.
+                let noise = scatter_of_draws(bounded.as_ref(), a.to_radians()) / 16384f64.sqrt();
+                assert!(e <= 1.0 + 2e-3 + 4.0 * noise, "{definition} at {a}: {e} +- {noise}");
             }
             let (i, o) = (direction(1.5, 0.3), direction(1.2, 3.0));
             let (f, g) = (bounded.eval(i, o), bounded.eval(o, i));

@@ -144,6 +144,18 @@ impl Canvas<'_> {
         self.line(&closed, color, OUTLINE);
     }
 
+    /// Filled polygon.
+    pub fn polygon(&self, points: &[Point], color: RGBColor) {
+        let _ = self.area.draw(&Polygon::new(points.iter().copied().map(at).collect::<Vec<_>>(), color.filled()));
+    }
+
+    /// Diagonal cross of half width `size`.
+    pub fn cross(&self, (x, y): Point, size: f64, color: RGBColor) {
+        for turn in [-1.0, 1.0] {
+            self.line(&[(x - size, y - turn * size), (x + size, y + turn * size)], color, OUTLINE);
+        }
+    }
+
     /// Vertical error bar with caps.
     pub fn error_bar(&self, x: f64, low: f64, high: f64, cap: f64, color: RGBColor) {
         self.line(&[(x, low), (x, high)], color, 1.0);

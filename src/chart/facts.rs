@@ -9,16 +9,15 @@ use crate::meter::{Geometry, validity};
 /// One line: what, and how much.
 pub type Fact = (&'static str, String);
 
-/// Size, pitch and gaps.
-pub fn of_grid(map: &HeightMap, survey: &Survey) -> Vec<Fact> {
+/// Size, pitch, gaps, and the shortest and longest wave \[m\] that the prepared map holds.
+pub fn of_grid(map: &HeightMap, survey: &Survey, [shortest, longest]: [f64; 2]) -> Vec<Fact> {
     let (w, h) = (map.width(), map.height());
-    let [low, high] = survey.spectrum.bandwidth;
     vec![
         ("points", format!("{w} x {h}")),
         ("pitch", format!("{} x {}", length(map.pitch_x), length(map.pitch_y))),
         ("field", format!("{} x {}", length(w as f64 * map.pitch_x), length(h as f64 * map.pitch_y))),
         ("missing", format!("{} %", digits(100.0 * survey.missing_fraction))),
-        ("bandwidth", format!("wavelengths {} to {}", length(1.0 / low), length(1.0 / high))),
+        ("bandwidth", format!("wavelengths {} to {}", length(longest), length(shortest))),
     ]
 }
 

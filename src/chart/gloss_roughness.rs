@@ -3,6 +3,7 @@
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Marker, Point, Type, sheet, text_width};
 use crate::math::Estimate;
+use crate::meter::Holds;
 use plotters::style::RGBColor;
 
 /// One surface on the chart.
@@ -14,8 +15,10 @@ pub struct GlossPoint {
     pub sq: f64,
     /// Gloss at 20, 60 and 85 deg \[gloss units\].
     pub gloss: [Estimate; 3],
-    /// Whether rays may be believed at 20, 60 and 85 deg (`meter::check_rays`).
-    pub ray_valid: [bool; 3],
+    /// Which calculation stands behind each.
+    pub holds: [Holds; 3],
+    /// What rays alone give \[gloss units\]: shown where the value is not theirs.
+    pub ray_gloss: Option<[f64; 3]>,
 }
 
 struct Series {
@@ -49,6 +52,8 @@ const LEFT: f64 = 78.0;
 const RIGHT: f64 = 28.0;
 const BELOW: f64 = 124.0;
 const MARKER: f64 = 4.5;
+/// Half width of the crosses.
+const CROSS: f64 = 3.0;
 /// Room between the ends of the axis of Sq and the frame, so that a marker at the end is not on the frame.
 const INSET: f64 = 14.0;
 
@@ -57,7 +62,7 @@ const NAME_LETTERS: usize = 24;
 const NAME_PITCH: f64 = 13.0;
 
 /// Chart of gloss \[gloss units\] against Sq \[nm\] as SVG text: one line per geometry, bars of one standard error,
-/// hollow markers where rays are not valid.
+/// hollow markers where waves made the value, with a cross at what rays alone give, crossed markers where nothing holds.
 ///
 /// The axis of Sq is logarithmic if every Sq is positive and they span more than a decade. Points whose Sq or gloss
 /// is not a finite number are left out. The same input gives the same bytes.
@@ -114,7 +119,8 @@ impl Frame {
         } else {
             Axis::from_zero(highest, 8)
         };
-        let tops = points.iter().flat_map(|p| &p.gloss).filter(|g| shown(g)).map(|g| g.value + error(g));
+        let rays = points.iter().filter_map(|p| p.ray_gloss).flatten().filter(|g| g.is_finite());
+        let tops = points.iter().flat_map(|p| &p.gloss).filter(|g| shown(g)).map(|g| g.value + error(g)).chain(rays);
         let y = Axis::from_zero(tops.fold(0.0, f64::max) * 1.01, 6);
         let longest =
             points.iter().map(|p| text_width(&shortened(&p.name, NAME_LETTERS), NAME.size)).fold(0.0, f64::max);
@@ -192,44 +198,82 @@ impl Frame {
                 canvas.error_bar(x, self.up(g.value - error(g)), self.up(g.value + error(g)), 4.0, series.color);
             }
         }
+        for point in &visible {
+            let ray = point.ray_gloss.map(|g| g[k]).filter(|g| g.is_finite());
+            if let (Holds::Waves, Some(ray)) = (point.holds[k], ray) {
+                canvas.cross((place(point).0, self.up(ray)), CROSS, series.color);
+            }
+        }
         for point in visible {
-            canvas.marker(place(point), series.marker, MARKER, series.color, !point.ray_valid[k]);
+            draw_marker(canvas, place(point), series, point.holds[k]);
         }
     }
 }
 
-/// Two rows below the plot, where no data can be: the series, then what bars and hollow markers mean.
+fn draw_marker(canvas: &Canvas, place: Point, series: &Series, holds: Holds) {
+    canvas.marker(place, series.marker, MARKER, series.color, holds != Holds::Rays);
+    if holds == Holds::Neither {
+        canvas.cross(place, 0.8 * MARKER, series.color);
+    }
+}
+
+/// Rows below the plot, where no data can be: the series, then what bars and markers mean.
 fn legend(canvas: &Canvas, y: f64, points: &[&GlossPoint]) {
     let bars = points.iter().flat_map(|p| &p.gloss).any(|g| error(g) > 0.0);
-    let hollow = points.iter().flat_map(|p| p.ray_valid).any(|valid| !valid);
-    const SWATCH: f64 = 44.0;
-    const GAP: f64 = 34.0;
-    let middle = 0.5 * (LEFT + WIDTH - RIGHT);
-    let width = |text: &str| SWATCH + text_width(text, TICK.size);
-
+    let any = |wanted: Holds| points.iter().flat_map(|p| p.holds).any(|holds| holds == wanted);
     let names = SERIES.map(|s| format!("gloss at {}", s.label));
-    let mut x = middle - 0.5 * (names.iter().map(|n| width(n)).sum::<f64>() + 2.0 * GAP);
-    for (series, name) in SERIES.iter().zip(&names) {
-        canvas.dashed(&[(x, y), (x + 36.0, y)], series.color, 1.5, series.dashes);
-        canvas.marker((x + 18.0, y), series.marker, MARKER, series.color, false);
-        canvas.text(name, (x + SWATCH, y), Anchor::Start, TICK);
-        x += width(name) + GAP;
-    }
+    let swatches = SERIES.iter().zip(&names).map(|(series, name)| Entry { note: name, sign: Sign::Line(series) });
+    let signs = [
+        (true, if bars { "bars: \u{b1}1 standard error" } else { "no error bars: exact values" }, Sign::Bar(bars)),
+        (any(Holds::Waves), "hollow: by waves, g < 9", Sign::Markers(Holds::Waves)),
+        (any(Holds::Waves) && points.iter().any(|p| p.ray_gloss.is_some()), "rays alone", Sign::Cross),
+        (any(Holds::Neither), "crossed out: neither holds", Sign::Markers(Holds::Neither)),
+    ];
+    draw_row(canvas, y, swatches.collect());
+    let signs = signs.into_iter().filter(|s| s.0).map(|(_, note, sign)| Entry { note, sign });
+    draw_row(canvas, y + 24.0, signs.collect());
+}
 
-    let bar_note = if bars { "bars: \u{b1}1 standard error" } else { "no error bars: exact values" };
-    let hollow_note = "hollow: Rayleigh parameter g < 9, rays are not valid there";
-    let notes = if hollow { width(bar_note) + GAP + width(hollow_note) } else { width(bar_note) };
-    let (mut x, y) = (middle - 0.5 * notes, y + 24.0);
-    if bars {
-        canvas.error_bar(x + 30.0, y - 8.0, y + 8.0, 4.0, INK);
-    }
-    canvas.text(bar_note, (x + SWATCH, y), Anchor::Start, TICK);
-    if hollow {
-        x += width(bar_note) + GAP;
-        for (series, dx) in SERIES.iter().zip([6.0, 18.0, 30.0]) {
-            canvas.marker((x + dx, y), series.marker, MARKER, series.color, true);
+/// What stands before a note of the legend.
+enum Sign<'a> {
+    Line(&'a Series),
+    Bar(bool),
+    Markers(Holds),
+    Cross,
+}
+
+struct Entry<'a> {
+    note: &'a str,
+    sign: Sign<'a>,
+}
+
+fn draw_row(canvas: &Canvas, y: f64, entries: Vec<Entry>) {
+    const SWATCH: f64 = 44.0;
+    const GAP: f64 = 20.0;
+    let width = |entry: &Entry| SWATCH + text_width(entry.note, TICK.size);
+    let total = entries.iter().map(width).sum::<f64>() + GAP * (entries.len() as f64 - 1.0);
+    let mut x = 0.5 * (LEFT + WIDTH - RIGHT) - 0.5 * total;
+    for entry in entries {
+        match entry.sign {
+            Sign::Line(series) => {
+                canvas.dashed(&[(x, y), (x + 36.0, y)], series.color, 1.5, series.dashes);
+                canvas.marker((x + 18.0, y), series.marker, MARKER, series.color, false);
+            }
+            Sign::Bar(true) => canvas.error_bar(x + 30.0, y - 8.0, y + 8.0, 4.0, INK),
+            Sign::Bar(false) => {}
+            Sign::Markers(holds) => {
+                for (series, dx) in SERIES.iter().zip([6.0, 18.0, 30.0]) {
+                    draw_marker(canvas, (x + dx, y), series, holds);
+                }
+            }
+            Sign::Cross => {
+                for (series, dx) in SERIES.iter().zip([6.0, 18.0, 30.0]) {
+                    canvas.cross((x + dx, y), CROSS, series.color);
+                }
+            }
         }
-        canvas.text(hollow_note, (x + SWATCH, y), Anchor::Start, TICK);
+        canvas.text(entry.note, (x + SWATCH, y), Anchor::Start, TICK);
+        x += width(&entry) + GAP;
     }
 }
 

@@ -15,7 +15,8 @@ const WIDTH: usize = 1680;
 const MARGIN: usize = 40;
 const PANEL: (usize, usize) = (780, 540);
 const GAP: usize = 40;
-const HEADER: usize = 76;
+/// Room for the title and around the lines below it.
+const HEADER: usize = 56;
 const LINE: usize = 24;
 
 /// What the page is about, besides the map and its survey.
@@ -23,8 +24,10 @@ const LINE: usize = 24;
 pub struct PageNotes {
     /// Name of the map.
     pub title: String,
-    /// Format and preparation, in a few words.
+    /// Format, instrument and preparation: lines of text, wrapped where they are too long.
     pub subtitle: String,
+    /// Shortest and longest wave that the prepared map holds \[m\].
+    pub band: [f64; 2],
     /// Wavelength the rays are judged at \[m\].
     pub wavelength: f64,
     /// Sentences to print below, after those of the survey.
@@ -36,10 +39,16 @@ pub fn inspection_page(map: &HeightMap, survey: &Survey, notes: &PageNotes) -> R
     let text_width = WIDTH - 2 * MARGIN;
     let sentences = survey.warnings.iter().map(ToString::to_string).chain(notes.warnings.iter().cloned());
     let warnings: Vec<Vec<String>> = sentences.map(|w| Lettering::Small.wrap(&format!("- {w}"), text_width)).collect();
-    let columns =
-        [of_grid(map, survey), of_heights(survey), of_texture(survey), of_rays(survey.heights.sq, notes.wavelength)];
+    let columns = [
+        of_grid(map, survey, notes.band),
+        of_heights(survey),
+        of_texture(survey),
+        of_rays(survey.heights.sq, notes.wavelength),
+    ];
     let table = columns.iter().map(Vec::len).max().unwrap_or(0) * LINE;
-    let table_top = HEADER + 2 * PANEL.1 + GAP + 30;
+    let subtitle: Vec<String> = notes.subtitle.lines().flat_map(|l| Lettering::Small.wrap(l, text_width)).collect();
+    let header = HEADER + subtitle.len() * (LINE - 4);
+    let table_top = header + 2 * PANEL.1 + GAP + 30;
     let warnings_top = table_top + table + 26;
     let lines: usize = warnings.iter().map(Vec::len).sum();
     let heading = if lines > 0 { 34 } else { 0 };
@@ -47,12 +56,14 @@ pub fn inspection_page(map: &HeightMap, survey: &Survey, notes: &PageNotes) -> R
 
     let title = cut(&notes.title, text_width, Lettering::Heading);
     raster.text(&title, MARGIN as f64, 32.0, Align::Start, Lettering::Heading, INK);
-    let subtitle = cut(&notes.subtitle, text_width, Lettering::Small);
-    raster.text(&subtitle, MARGIN as f64, 58.0, Align::Start, Lettering::Small, SOFT_INK);
+    for (k, line) in subtitle.iter().enumerate() {
+        let y = (58 + k * (LINE - 4)) as f64;
+        raster.text(line, MARGIN as f64, y, Align::Start, Lettering::Small, SOFT_INK);
+    }
 
     let panel = |column: usize, row: usize| Area {
         x: MARGIN + column * (PANEL.0 + GAP),
-        y: HEADER + row * (PANEL.1 + GAP),
+        y: header + row * (PANEL.1 + GAP),
         width: PANEL.0,
         height: PANEL.1,
     };

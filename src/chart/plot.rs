@@ -37,6 +37,8 @@ const LEGEND_ROOM: usize = 26;
 const BELOW: usize = 62;
 const SWATCH: usize = 34;
 const LEGEND_GAP: usize = 26;
+/// Half the width of a cross.
+const MARK: f64 = 2.5;
 
 /// Axis over at least `low` to `high` that ends at powers of ten, each of them labelled as such.
 pub fn decades(low: f64, high: f64) -> Axis {
@@ -50,27 +52,54 @@ pub fn decades(low: f64, high: f64) -> Axis {
     Axis { low: 10f64.powi(first), high: 10f64.powi(last), logarithmic: true, ticks, minor }
 }
 
-/// Linear axis over exactly `low` to `high`, with ticks at round numbers inside.
+/// Linear axis over exactly `low` to `high`, with ticks at round numbers inside: about `wanted`, but at least three.
 pub fn exact(low: f64, high: f64, wanted: usize) -> Axis {
-    let round = Axis::linear(low, high, wanted);
     let slack = 1e-9 * (high - low);
-    let ticks = round.ticks.into_iter().filter(|t| *t >= low - slack && *t <= high + slack).collect();
+    let inside = |wanted: usize| -> Vec<f64> {
+        let round = Axis::linear(low, high, wanted);
+        round.ticks.into_iter().filter(|t| *t >= low - slack && *t <= high + slack).collect()
+    };
+    let mut ticks = inside(wanted);
+    for more in wanted + 1..wanted + 6 {
+        if ticks.len() < 3 {
+            ticks = inside(more);
+        }
+    }
     Axis { low, high, logarithmic: false, ticks, minor: Vec::new() }
 }
 
 impl Plot {
-    /// Draws the panel into `area`.
-    pub fn draw(&self, raster: &mut Raster, area: Area) {
-        let labels = tick_labels(&self.y);
-        let widest = labels.iter().map(Label::width).max().unwrap_or(0);
+    /// The rectangle of the plot itself inside `area`.
+    fn frame(&self, area: Area) -> Area {
+        let widest = tick_labels(&self.y).iter().map(Label::width).max().unwrap_or(0);
         let left = 30 + widest + 10;
         let top = TITLE_ROOM + LEGEND_ROOM;
-        let frame = Area {
+        Area {
             x: area.x + left,
             y: area.y + top,
             width: area.width.saturating_sub(left + 18).max(20),
             height: area.height.saturating_sub(top + BELOW).max(20),
-        };
+        }
+    }
+
+    /// Crosses at points, over a panel that was drawn into the same `area`.
+    pub fn marks(&self, raster: &mut Raster, area: Area, series: &[(Colour, Vec<(f64, f64)>)]) {
+        let frame = self.frame(area);
+        raster.clipped(frame, |raster| {
+            for (ink, points) in series {
+                for &p in points {
+                    let (x, y) = self.place(frame, p);
+                    raster.line(&[(x - MARK, y), (x + MARK, y)], *ink, 1.2);
+                    raster.line(&[(x, y - MARK), (x, y + MARK)], *ink, 1.2);
+                }
+            }
+        });
+    }
+
+    /// Draws the panel into `area`.
+    pub fn draw(&self, raster: &mut Raster, area: Area) {
+        let labels = tick_labels(&self.y);
+        let frame = self.frame(area);
         raster.text(&self.title, frame.x as f64, area.y as f64 + 14.0, Align::Start, Lettering::Strong, INK);
         self.legend(raster, frame.x, area.y + TITLE_ROOM + 8);
         self.grid(raster, frame, &labels);

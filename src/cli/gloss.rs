@@ -7,6 +7,7 @@ use super::readings::{self, CSV_HEAD, HEADS, Readings};
 use super::scatter_options::ScatterOptions;
 use super::source::Source;
 use crate::math::Estimate;
+use crate::meter::Holds;
 use crate::output::write_bytes;
 use crate::report::Prediction;
 use clap::Args;
@@ -76,16 +77,15 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let width = sources.iter().map(|s| s.name().chars().count()).max().unwrap_or(0).max(6);
     println!("{:<width$}  {:>18}  {:>18}  {:>18}", "source", "20 deg, GU", "60 deg, GU", "85 deg, GU");
     for s in &sources {
-        let valid = s.surface().map_or([true; 3], Prediction::ray_valid);
+        let holds = s.surface().map_or([Holds::Rays; 3], Prediction::holds);
         print!("{:<width$}", s.name());
-        for (g, valid) in s.gloss().iter().zip(valid) {
-            print!("  {:>17}{}", format!("{:.3} +- {:.3}", g.value, g.standard_error), if valid { " " } else { "*" });
+        for (g, holds) in s.gloss().iter().zip(holds) {
+            print!("  {:>17}{}", format!("{:.3} +- {:.3}", g.value, g.standard_error), holds.mark());
         }
         println!();
     }
-    if sources.iter().filter_map(Source::surface).any(|p| p.ray_valid().contains(&false)) {
-        println!("* Rayleigh parameter below 9: too smooth for rays at this angle; see the warnings.");
-    }
+    print_marks(sources.iter().filter_map(Source::surface));
+    sources.iter().filter_map(Source::surface).for_each(print_both);
     println!(
         "\n{:<width$}  {:>18}  {:>10}  {:>10}  {:>18}  {:>18}",
         "source", HEADS[0], HEADS[1], HEADS[2], HEADS[3], HEADS[4]
@@ -106,7 +106,41 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// `{"20": {"value", "standard_error", "rayleigh_g", "ray_valid"}, ...}`.
+/// Rays and waves side by side for one map, the Rayleigh parameter that judges them, and which holds.
+fn print_both(p: &Prediction) {
+    let Some(rays) = p.ray_gloss else { return };
+    println!("\n{}: rays straight from the facets, waves where they were asked", p.name);
+    println!("  {:>6}  {:>11}  {:>18}  {:>18}  believe", "angle", "Rayleigh g", "rays, GU", "waves, GU");
+    for k in 0..3 {
+        let text = |e: Estimate| format!("{:.3} +- {:.3}", e.value, e.standard_error);
+        let believe = match p.holds()[k] {
+            Holds::Rays if p.sq == 0.0 => "rays: the map is exactly flat".to_owned(),
+            Holds::Rays => format!("rays: {:.1e} of the light is a coherent mirror beam", (-p.rayleigh[k]).exp()),
+            Holds::Waves => format!("waves: {:.3} of the light is a coherent mirror beam", (-p.rayleigh[k]).exp()),
+            Holds::Neither => "neither: see the warnings".to_owned(),
+        };
+        println!(
+            "  {:>6}  {:>11}  {:>18}  {:>18}  {believe}",
+            format!("{} deg", ANGLES[k]),
+            if p.rayleigh[k] < 1000.0 { format!("{:.3}", p.rayleigh[k]) } else { format!("{:.3e}", p.rayleigh[k]) },
+            text(rays[k]),
+            p.wave_gloss(k).map_or_else(|| "not needed".to_owned(), text),
+        );
+    }
+}
+
+/// What the marks beside the values mean, if there are any.
+pub fn print_marks<'a>(surfaces: impl Iterator<Item = &'a Prediction>) {
+    let holds: Vec<Holds> = surfaces.flat_map(Prediction::holds).collect();
+    if holds.contains(&Holds::Waves) {
+        println!("~ by waves (Kirchhoff, with the mirror beam): Rayleigh parameter below 9, where rays do not hold.");
+    }
+    if holds.contains(&Holds::Neither) {
+        println!("* the calculation does not hold at this angle; see the warnings.");
+    }
+}
+
+/// `{"20": {"value", "standard_error", "rayleigh_g", "ray_valid", "served_by", "holds", "rays", "waves"}, ...}`.
 pub fn gloss_json(gloss: [Estimate; 3], surface: Option<&Prediction>) -> serde_json::Value {
     let mut object = serde_json::Map::new();
     for k in 0..3 {
@@ -114,6 +148,10 @@ pub fn gloss_json(gloss: [Estimate; 3], surface: Option<&Prediction>) -> serde_j
         if let Some(p) = surface {
             entry["rayleigh_g"] = json!(p.rayleigh[k]);
             entry["ray_valid"] = json!(p.ray_valid()[k]);
+            entry["served_by"] = json!(if p.wave[k] { "waves" } else { "rays" });
+            entry["holds"] = json!(p.holds()[k].to_string());
+            entry["rays"] = json!(p.ray_gloss.map(|g| g[k].value));
+            entry["waves"] = json!(p.wave_gloss(k).map(|g| g.value));
         }
         object.insert(ANGLES[k].to_owned(), entry);
     }

@@ -50,8 +50,9 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         .collect();
     if let Some(output) = &a.output {
         let warnings = prepared.report.warnings.iter().map(ToString::to_string).collect();
-        let subtitle = format!("{}: {}", origin(prepared.format, &prepared.notes), prepared.report);
-        let notes = PageNotes { title: name.clone(), subtitle, wavelength: a.wavelength, warnings };
+        let subtitle = format!("{}\n{}", origin(prepared.format, &prepared.notes), prepared.report);
+        let band = prepared.report.band_m;
+        let notes = PageNotes { title: name.clone(), subtitle, band, wavelength: a.wavelength, warnings };
         inspection_page(&map, &survey, &notes).save_png(output)?;
     }
     if json {
@@ -64,7 +65,9 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         found["notes"] = prepared.notes.iter().map(|(key, value)| (key.clone(), json!(value))).collect();
         return print_json(&found);
     }
-    screen(&name, &origin(prepared.format, &prepared.notes), &map, &survey, a.wavelength);
+    println!("{name}");
+    println!("  {:<12} {}", "read as", shortened(&origin(prepared.format, &prepared.notes), LONGEST_ORIGIN));
+    screen(&map, &survey, prepared.report.band_m, a.wavelength);
     if let Some(output) = &a.output {
         println!("\npage: {}", output.display());
     }
@@ -79,25 +82,26 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
 fn origin(format: &str, notes: &[(String, String)]) -> String {
     let mut line = format.to_owned();
     for (key, value) in notes {
-        // Remarks may have lines of their own, and unknown instruments are called so.
+        // Remarks may have lines of their own; what is unknown has a placeholder, as in our own files.
         let value = value.split_whitespace().collect::<Vec<_>>().join(" ");
-        if !(value.is_empty() || ["not available", "n/a"].contains(&value.as_str())) {
-            let short: String = value.chars().take(LONGEST_NOTE).collect();
-            let dots = if short.len() < value.len() { ".." } else { "" };
-            line += &format!(", {key} {short}{dots}");
+        if !(value.is_empty() || ["not available", "n/a", "1970-01-01T00:00:00Z"].contains(&value.as_str())) {
+            line += &format!(", {key} {}", shortened(&value, LONGEST_NOTE));
         }
     }
     line
 }
 
-fn screen(name: &str, origin: &str, map: &HeightMap, survey: &Survey, wavelength: f64) {
-    println!("{name}");
-    let mut line: String = origin.chars().take(LONGEST_ORIGIN).collect();
-    if line.len() < origin.len() {
-        line += "..";
+/// At most `most` characters, the cut marked by dots.
+fn shortened(text: &str, most: usize) -> String {
+    let mut short: String = text.chars().take(most).collect();
+    if short.len() < text.len() {
+        short += "..";
     }
-    println!("  {:<12} {line}", "read as");
-    for (label, value) in facts::of_grid(map, survey) {
+    short
+}
+
+fn screen(map: &HeightMap, survey: &Survey, band: [f64; 2], wavelength: f64) {
+    for (label, value) in facts::of_grid(map, survey, band) {
         println!("  {label:<12} {value}");
     }
     println!();

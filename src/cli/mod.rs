@@ -1,17 +1,24 @@
 //! Floor 10: one file per verb; each reads, calls the library and prints.
 
 mod brdf;
+mod check;
 mod convert;
 mod correspondence;
+mod eval;
+mod fit;
+mod fit_target;
 mod gloss;
 mod inspect;
 mod instrument;
+mod lobe;
 mod map_options;
 mod models;
 mod predict;
 mod progress;
+mod protocol;
 mod quantity;
 mod readings;
+mod sample;
 mod scan;
 mod scatter_options;
 mod source;
@@ -45,6 +52,18 @@ enum Verb {
     Brdf(brdf::Arguments),
     /// Gloss at 20, 60 and 85 deg, haze, image quality and any instrument, of maps, tables or models
     Gloss(gloss::Arguments),
+    /// Parameters of a model from a map, table, list of f_r or model, or from gloss and haze to be reached
+    Fit(fit::Arguments),
+    /// Picture of lobes: slices in the plane of incidence and in the round (.svg, .png)
+    Lobe(lobe::Arguments),
+    /// A NEF-BM material from the scans of a goniometer, with residuals and standard errors
+    Protocol(protocol::Arguments),
+    /// f_r and its error at listed directions, of a map, table or model
+    Eval(eval::Arguments),
+    /// Directions drawn from a map, table or model, with pdf and weight (.npy)
+    Sample(sample::Arguments),
+    /// Audit of a map, table or model: energy, reciprocity, and whether draws follow their pdf
+    Check(check::Arguments),
     /// The BRDF in the plane of incidence as a goniometer scans it: CSV and chart
     Scan(scan::Arguments),
     /// The named light meters with the sources of their numbers, as TOML to start from; checks a file of one's own
@@ -75,6 +94,12 @@ pub fn run() -> std::process::ExitCode {
         Verb::Inspect(a) => inspect::run(&a, cli.json),
         Verb::Brdf(a) => brdf::run(&a, cli.json),
         Verb::Gloss(a) => gloss::run(&a, cli.json),
+        Verb::Fit(a) => fit::run(&a, cli.json),
+        Verb::Lobe(a) => lobe::run(&a, cli.json),
+        Verb::Protocol(a) => protocol::run(&a, cli.json),
+        Verb::Eval(a) => eval::run(&a, cli.json),
+        Verb::Sample(a) => sample::run(&a, cli.json),
+        Verb::Check(a) => check::run(&a, cli.json),
         Verb::Scan(a) => scan::run(&a, cli.json),
         Verb::Instrument(a) => instrument::run(&a, cli.json),
         Verb::Correspondence(a) => correspondence::run(&a, cli.json),

@@ -10,9 +10,11 @@ use crate::chart::{GlossPoint, gloss_vs_roughness};
 use crate::error::{Error, Result};
 use crate::heightmap::prepare::Report;
 use crate::heightmap::read::is_candidate;
+use crate::meter::Holds;
 use crate::output::write_bytes;
 use crate::render::{Tile, TilesOptions, render_tiles};
 use crate::report::{Prediction, csv, predict};
+use crate::scatter::Decision;
 use anyhow::{Context, bail};
 use clap::Args;
 use rayon::prelude::*;
@@ -149,7 +151,8 @@ fn summarise(a: &Arguments, look: &TilesOptions, done: &[Done]) -> anyhow::Resul
         .iter()
         .map(|d| {
             let p = &d.prediction;
-            GlossPoint { name: p.name.clone(), sq: p.sq, gloss: p.gloss, ray_valid: p.ray_valid() }
+            let ray_gloss = p.ray_gloss.map(|g| g.map(|g| g.value));
+            GlossPoint { name: p.name.clone(), sq: p.sq, gloss: p.gloss, holds: p.holds(), ray_gloss }
         })
         .collect();
     let chart_path = a.output.join("gloss_vs_roughness.svg");
@@ -236,10 +239,10 @@ fn print_table(done: &[Done]) {
     ]);
     for d in done {
         let p = &d.prediction;
-        let valid = p.ray_valid();
+        let holds = p.holds();
         let gloss = |k: usize| {
             let g = p.gloss[k];
-            format!("{:.2} +- {:.2}{}", g.value, g.standard_error, if valid[k] { " " } else { "*" })
+            format!("{:.2} +- {:.2}{}", g.value, g.standard_error, holds[k].mark())
         };
         table.add_row([
             p.name.clone(),
@@ -259,9 +262,7 @@ fn print_table(done: &[Done]) {
     }
     println!("{table}");
     println!("Gloss in GU (black glass n = 1.567 reads 100) +- one standard error of map and integration.");
-    if done.iter().any(|d| d.prediction.ray_valid().contains(&false)) {
-        println!("* too smooth for rays at this angle; see the warning.");
-    }
+    super::gloss::print_marks(done.iter().map(|d| &d.prediction));
 }
 
 /// One paragraph for all maps: the sentence of each value is in `--json`.
@@ -273,12 +274,33 @@ fn print_warnings(done: &[Done]) {
     let width = doubtful.iter().map(|p| p.name.chars().count()).max().unwrap_or(0);
     eprintln!(
         "warning: rays do not hold where the Rayleigh parameter g = (4 pi Sq cos(theta) / wavelength)^2 is below 9: a share\n\
-         exp(-g) of the light stays a mirror beam that rays turn into blur. Values marked * need a wave calculation:"
+         exp(-g) of the light stays a mirror beam that rays turn into blur. There the value is that of the wave calculation\n\
+         (marked ~); a value marked * stands on a calculation that does not hold:"
     );
     for p in doubtful {
-        let [a, b, c] = p.rayleigh;
-        eprintln!("  {:<width$}  g = {a:.3} / {b:.3} / {c:.3} at 20 / 60 / 85 deg", p.name);
+        let parts: Vec<String> = ["20", "60", "85"]
+            .iter()
+            .enumerate()
+            .filter(|&(k, _)| p.holds()[k] != Holds::Rays)
+            .map(|(k, angle)| {
+                let (g, value) = (p.rayleigh[k], p.gloss[k].value);
+                match p.ray_gloss.filter(|_| p.wave[k]) {
+                    Some(rays) => format!("{angle} deg: g {g:.2}, waves {value:.1}, rays {:.1} GU", rays[k].value),
+                    None => format!("{angle} deg: g {g:.2}"),
+                }
+            })
+            .collect();
+        eprintln!("  {:<width$}  {}", p.name, parts.join("; "));
+        for doubt in p.warnings.iter().filter(|w| w.is_doubt()) {
+            eprintln!("  {:<width$}  {doubt}", "");
+        }
     }
+}
+
+/// Why each incident angle was served as it was.
+fn reasons(p: &Prediction) -> Vec<serde_json::Value> {
+    let reason = |d: &Decision| json!({ "theta_i_deg": d.theta_i.to_degrees(), "reason": d.to_string() });
+    p.decisions.iter().map(reason).collect()
 }
 
 fn as_json(done: &[Done], failures: &[(PathBuf, Error)], outputs: &[PathBuf], seconds: f64) -> serde_json::Value {
@@ -290,7 +312,7 @@ fn as_json(done: &[Done], failures: &[(PathBuf, Error)], outputs: &[PathBuf], se
                 "map": p.name, "Sq_m": p.sq, "Sdq": p.sdq, "missing_fraction": p.missing_fraction,
                 "isotropic": p.isotropic, "method": p.method_summary(), "table": d.table.display().to_string(),
                 "gloss": super::gloss::gloss_json(p.gloss, Some(p)), "seconds": d.seconds,
-                "preparation": d.preparation,
+                "preparation": d.preparation, "reasons": reasons(p),
                 "warnings": p.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
             })
         })

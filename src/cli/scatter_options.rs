@@ -5,22 +5,29 @@ use crate::error::Result;
 use crate::meter::{self, Geometry};
 use crate::optics::Material;
 use crate::report::Settings;
-use crate::scatter::{Method, Options, Symmetry};
+use crate::scatter::{Method, Options, Symmetry, Wave};
 use clap::{Args, ValueEnum};
 
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Scattering and meter")]
 pub struct ScatterOptions {
-    /// How to scatter: auto takes the cheapest method that keeps the tolerance
+    /// How to scatter: auto takes the cheapest method that holds at each incident angle, waves (kirchhoff) where rays do not;
+    /// geometric is auto without waves
     #[arg(long, value_enum, default_value_t = MethodFlag::Auto)]
     method: MethodFlag,
     /// Material of the surface: mirror, n=1.5, n=1.0+6.6k, black-glass, epoxy, al, cu, au, ag, fe, cr, ni
     #[arg(long, default_value = "n=1.5", value_name = "NAME")]
     material: String,
-    /// Wavelength at which the material is looked up and the rays are judged
+    /// Wavelength at which the material is looked up, rays are judged and waves are computed
     #[arg(long, value_parser = quantity::length, default_value = "550nm")]
     wavelength: f64,
-    /// Incident polar angles in degrees, rising [default: 0 to 88 in 13 steps]
+    /// Full width of the band of wavelengths that the wave calculation averages over
+    #[arg(long, value_parser = quantity::length, default_value = "0nm", value_name = "LENGTH")]
+    band: f64,
+    /// Full angle in degrees of a source that the wave calculation averages over; the glossmeter adds its own stop
+    #[arg(long, default_value_t = 0.0, value_name = "DEG")]
+    source_cone: f64,
+    /// Incident polar angles in degrees, rising [default: 0 to 88 in 14 steps]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     theta_i: Option<Vec<f64>>,
     /// Source azimuths in degrees of an anisotropic table, rising [default: every 30]
@@ -49,8 +56,10 @@ pub struct ScatterOptions {
 #[derive(ValueEnum, Clone, Copy, Debug)]
 enum MethodFlag {
     Auto,
+    Geometric,
     Facets,
     Rays,
+    Kirchhoff,
 }
 
 #[derive(ValueEnum, Clone, Copy, Debug)]
@@ -64,6 +73,22 @@ impl ScatterOptions {
     /// Wavelength \[m\].
     pub fn wavelength(&self) -> f64 {
         self.wavelength
+    }
+
+    /// The same at another wavelength \[m\].
+    pub fn at_wavelength(&self, wavelength: f64) -> Self {
+        ScatterOptions { wavelength, ..self.clone() }
+    }
+
+    /// Seed of everything random.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The flags without the incident angles, which are given apart: for verbs that ask about one direction.
+    pub fn without_angles(mut self) -> (Self, Option<Vec<f64>>, Option<Vec<f64>>) {
+        let (theta_i, phi_i) = (self.theta_i.take(), self.phi_i.take());
+        (self, theta_i, phi_i)
     }
 
     /// Directions of incidence asked for, `(theta_i, phi_i)` \[rad\]; 20 deg at azimuth 0 unless said otherwise.
@@ -85,8 +110,10 @@ impl ScatterOptions {
         let scatter = Options {
             method: match self.method {
                 MethodFlag::Auto => Method::Auto,
+                MethodFlag::Geometric => Method::Geometric,
                 MethodFlag::Facets => Method::Facets,
                 MethodFlag::Rays => Method::Rays,
+                MethodFlag::Kirchhoff => Method::Kirchhoff,
             },
             symmetry: match self.symmetry {
                 SymmetryFlag::Auto => Symmetry::Auto,
@@ -94,6 +121,7 @@ impl ScatterOptions {
                 SymmetryFlag::Anisotropic => Symmetry::Anisotropic,
             },
             material: Material::parse(&self.material, self.wavelength)?,
+            wave: Wave { wavelength: self.wavelength, band: self.band, source: self.source_cone.to_radians() },
             theta_i: self.theta_i.clone().unwrap_or(defaults.theta_i),
             phi_i: self.phi_i.clone().unwrap_or(defaults.phi_i),
             tolerance: self.tolerance,

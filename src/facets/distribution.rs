@@ -126,6 +126,12 @@ impl SlopeStatistics {
         hidden_excess(self.gradients.bins().map(|(g, count)| (g, count as f64 / self.facets as f64)), theta)
     }
 
+    /// Share of the facets whose gradient is larger, to the width of a histogram bin (3 % in the gradient).
+    pub fn share_steeper(&self, gradient: f64) -> f64 {
+        let above: u64 = self.gradients.bins().filter(|bin| bin.0 > gradient).map(|bin| bin.1).sum();
+        above as f64 / self.facets as f64
+    }
+
     /// [`SlopeStatistics::hidden_excess`] tabulated against the cosine, for loops.
     pub fn hiding(&self) -> Hiding {
         Hiding::tabulate(|theta| self.hidden_excess(theta))

@@ -1,16 +1,8 @@
 //! A model with some of its parameters free, and the coordinates in which they are searched.
 
 use crate::error::{Error, Result};
+use crate::model::{Definition, Parameter, Scale};
 use crate::optics::Brdf;
-
-/// How a parameter is spread over its range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
-    /// Equal steps count equally.
-    Linear,
-    /// Equal ratios count equally; the range must be positive.
-    Logarithmic,
-}
 
 /// A parameter that may move inside a box.
 ///
@@ -22,6 +14,8 @@ pub struct Free {
     pub low: f64,
     pub high: f64,
     pub scale: Scale,
+    /// Where a search starts looking.
+    pub likely: [f64; 2],
 }
 
 /// Coordinates beyond this are at the end of the box to ten digits, and the search stops telling them apart.
@@ -45,7 +39,27 @@ impl Free {
                 "give a lower bound above 0",
             ));
         }
-        Ok(Free { name: name.to_owned(), low, high, scale })
+        Ok(Free { name: name.to_owned(), low, high, scale, likely: [low, high] })
+    }
+
+    /// The box of a parameter of the library: its usual values and as much again on either side, fifty times as wide if
+    /// it is spread by ratios, within what is allowed.
+    fn of(p: &Parameter) -> Result<Self> {
+        let [a, b] = p.usual;
+        let (low, high) = match p.scale {
+            Scale::Linear => (a - (b - a), b + (b - a)),
+            Scale::Logarithmic => (a / 50.0, b * 50.0),
+        };
+        Ok(Free { likely: p.usual, ..Free::new(p.name, low.max(p.min), high.min(p.max), p.scale)? })
+    }
+
+    /// Value at `share` of the likely range, 0 to 1.
+    pub fn likely_at(&self, share: f64) -> f64 {
+        let [a, b] = self.likely;
+        match self.scale {
+            Scale::Linear => a + share * (b - a),
+            Scale::Logarithmic => a * (b / a).powf(share),
+        }
     }
 
     fn ends(&self) -> [f64; 2] {
@@ -104,6 +118,40 @@ impl<'a> Family<'a> {
         Family { free, build: Box::new(build) }
     }
 
+    /// The parameters of `definition` that have no value yet (see [`Definition::free`]) and those named in `also`, at
+    /// `wavelength` \[m\].
+    ///
+    /// # Errors
+    /// `Error::Parameter` if a name in `also` is not a parameter, or nothing is free.
+    pub fn of_model(definition: &Definition, also: &[String], wavelength: f64) -> Result<Family<'static>> {
+        let entry = definition.entry();
+        // A parameter that is free counts as given when its other spellings are looked for.
+        let mut told = definition.clone();
+        let mut chosen = Vec::new();
+        for name in also {
+            let parameter = entry.parameters.iter().find(|p| p.name == name).ok_or_else(|| {
+                entry.error(format!("there is no parameter `{name}` to free (it has: {})", entry.keys()))
+            })?;
+            told.set(parameter.name, parameter.usual_at(0.5))?;
+            chosen.push(parameter);
+        }
+        chosen.extend(told.free());
+        // In the order of the model's own list, each once.
+        let free: Vec<&Parameter> =
+            entry.parameters.iter().filter(|p| chosen.iter().any(|c| c.name == p.name)).collect();
+        if free.is_empty() {
+            return Err(entry.error("every parameter has a value, so there is nothing to find: leave one out"));
+        }
+        let names: Vec<&'static str> = free.iter().map(|p| p.name).collect();
+        let boxes = free.iter().map(|p| Free::of(p)).collect::<Result<_>>()?;
+        let definition = definition.clone();
+        Ok(Family::new(boxes, move |values| {
+            let mut set = definition.clone();
+            names.iter().zip(values).try_for_each(|(name, &v)| set.set(name, v))?;
+            set.build(wavelength)
+        }))
+    }
+
     /// The free parameters.
     pub fn free(&self) -> &[Free] {
         &self.free
@@ -126,6 +174,23 @@ impl<'a> Family<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_family_of_a_model_frees_what_has_no_value() {
+        let names = |text: &str, also: &[&str]| -> Vec<String> {
+            let also: Vec<String> = also.iter().map(|s| (*s).to_owned()).collect();
+            let family = Family::of_model(&Definition::parse(text).unwrap(), &also, 550e-9).unwrap();
+            family.free().iter().map(|f| f.name.clone()).collect()
+        };
+        assert_eq!(names("ward", &[]), ["rho_s", "alpha", "rho_d"]);
+        assert_eq!(names("ward:rho_d=0", &["alpha_y", "alpha_x"]), ["rho_s", "alpha_x", "alpha_y"]);
+        assert_eq!(names("ward:rho_s=0.1,alpha=0.1", &["alpha"]), ["alpha", "rho_d"]);
+        let full = Definition::parse("lambert:rho=0.5").unwrap();
+        assert!(Family::of_model(&full, &[], 550e-9).is_err());
+        assert!(Family::of_model(&full, &["gloss".to_owned()], 550e-9).is_err());
+        let family = Family::of_model(&Definition::parse("lambert").unwrap(), &[], 550e-9).unwrap();
+        assert_eq!(family.model(&[0.3]).unwrap().albedo(0.2), 0.3);
+    }
 
     #[test]
     fn coordinates_and_values_are_inverse_and_stay_in_the_box() {

@@ -21,11 +21,13 @@ pub struct LeastSquares {
     pub gain: f64,
     /// Stops when no coordinate moves by more.
     pub shift: f64,
+    /// Stops when the cost is no more than this.
+    pub enough: f64,
 }
 
 impl Default for LeastSquares {
     fn default() -> Self {
-        LeastSquares { difference: 1e-5, steps: 100, gain: 1e-10, shift: 1e-9 }
+        LeastSquares { difference: 1e-5, steps: 100, gain: 1e-10, shift: 1e-9, enough: 0.0 }
     }
 }
 
@@ -55,7 +57,7 @@ impl LeastSquares {
         let mut cost = sum_of_squares(&r);
         let mut jacobian = self.jacobian(residuals, &at, &r);
         let (mut damping, mut growth) = (1e-3, 2.0);
-        let mut converged = cost == 0.0;
+        let mut converged = cost <= self.enough;
         for _ in 0..self.steps {
             if converged {
                 break;
@@ -71,7 +73,7 @@ impl LeastSquares {
             match tried {
                 Some((lower, tried)) if lower < cost => {
                     let ratio = (cost - lower) / promised.max(f64::MIN_POSITIVE);
-                    converged = cost - lower <= self.gain * cost && ratio < 4.0;
+                    converged = cost - lower <= self.gain * cost && ratio < 4.0 || lower <= self.enough;
                     (at, r, cost) = (next, tried, lower);
                     damping *= (1.0 - (2.0 * ratio.min(1.0) - 1.0).powi(3)).max(1.0 / 3.0);
                     growth = 2.0;

@@ -1,6 +1,6 @@
 //! Many starts, so that the answer does not depend on a guess.
 
-use super::family::Family;
+use super::family::Free;
 use super::levenberg::{LeastSquares, Minimum, Residuals, sum_of_squares};
 use crate::math::random::CounterRng;
 use rayon::prelude::*;
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 /// How widely a minimum is looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Random points of the box at which the cost is looked up.
+    /// Random points of the likely values at which the cost is looked up.
     pub scouts: usize,
     /// The best of them, from which the search descends.
     pub starts: usize,
@@ -25,17 +25,16 @@ impl Default for Search {
 /// Random stream of the starts.
 const STREAM: u32 = 0x7174;
 
-/// Minima of `residuals` over the box of `family`, lowest cost first; `residuals` takes coordinates.
+/// Minima of `residuals` over the box of the free parameters, lowest cost first; `residuals` takes coordinates.
 ///
-/// Scouts are uniform in the scale of each parameter. The result does not depend on the number of threads. Empty if the
+/// Scouts are uniform in the scale of each parameter over its likely values. The result does not depend on the number of threads. Empty if the
 /// residuals can be had nowhere.
-pub fn multi_start(family: &Family, residuals: &Residuals, search: &Search) -> Vec<Minimum> {
-    let free = family.free();
+pub fn multi_start(free: &[Free], residuals: &Residuals, search: &Search) -> Vec<Minimum> {
     let scout = |k: usize| -> Option<(f64, Vec<f64>)> {
         let mut rng = CounterRng::new(search.seed, STREAM, k as u64);
         // The first scout stands in the middle.
         let share = |u: f64| if k == 0 { 0.5 } else { 0.02 + 0.96 * u };
-        let at: Vec<f64> = free.iter().map(|f| f.coordinate(f.at_share(share(rng.uniform())))).collect();
+        let at: Vec<f64> = free.iter().map(|f| f.coordinate(f.likely_at(share(rng.uniform())))).collect();
         let cost = sum_of_squares(&residuals(&at)?);
         cost.is_finite().then_some((cost, at))
     };
@@ -50,24 +49,23 @@ pub fn multi_start(family: &Family, residuals: &Residuals, search: &Search) -> V
 
 #[cfg(test)]
 mod tests {
-    use super::super::family::{Free, Scale};
+    use super::super::family::Free;
     use super::*;
-    use crate::model::Lambert;
+    use crate::model::Scale;
 
     /// A wave with many dips: from the middle of the box the nearest is the wrong one.
     #[test]
     fn finds_the_deepest_of_many_dips() {
         let free = vec![Free::new("x", -10.0, 10.0, Scale::Linear).unwrap()];
-        let family = Family::new(free, |_| Ok(Box::new(Lambert { rho: 1.0 })));
         let r = |u: &[f64]| {
-            let x = family.free()[0].value(u[0]);
+            let x = free[0].value(u[0]);
             Some(vec![0.1 * (x - 6.0), 1.0 + (3.0 * x).cos()])
         };
         // Near 6, cos(3x) = -1 at x = 5.236 + ...: the deepest dip is at 3x = 5 pi, x = 5.236, or 7 pi, x = 7.330.
-        let minima = multi_start(&family, &r, &Search::default());
-        let x = family.free()[0].value(minima[0].at[0]);
+        let minima = multi_start(&free, &r, &Search::default());
+        let x = free[0].value(minima[0].at[0]);
         assert!((x - 5.236).abs() < 0.3, "{x}");
         assert!(minima.windows(2).all(|m| m[0].cost <= m[1].cost));
-        assert_eq!(minima, multi_start(&family, &r, &Search::default()));
+        assert_eq!(minima, multi_start(&free, &r, &Search::default()));
     }
 }

@@ -1,7 +1,7 @@
 //! Two-dimensional Fourier transform over rows and columns.
 
 use rayon::prelude::*;
-use rustfft::{FftDirection, FftPlanner, num_complex::Complex};
+use rustfft::{FftDirection, FftNum, FftPlanner, num_complex::Complex};
 
 /// `X[k, l] = sum_rc x[r, c] exp(-+ 2 pi i (k r / rows + l c / columns))`, in place, not normalised.
 ///
@@ -9,7 +9,12 @@ use rustfft::{FftDirection, FftPlanner, num_complex::Complex};
 ///
 /// # Panics
 /// If the length of `data` is not `rows * columns`.
-pub fn transform(data: &mut Vec<Complex<f64>>, rows: usize, columns: usize, direction: FftDirection) {
+pub fn transform<T: FftNum + Default>(
+    data: &mut Vec<Complex<T>>,
+    rows: usize,
+    columns: usize,
+    direction: FftDirection,
+) {
     assert_eq!(data.len(), rows * columns);
     let mut planner = FftPlanner::new();
     for (count, length) in [(rows, columns), (columns, rows)] {
@@ -21,7 +26,7 @@ pub fn transform(data: &mut Vec<Complex<f64>>, rows: usize, columns: usize, dire
 }
 
 /// Blocked transpose of a `rows x columns` array: a plain one misses the cache on every write.
-pub fn transpose(data: &[Complex<f64>], rows: usize, columns: usize) -> Vec<Complex<f64>> {
+pub fn transpose<T: FftNum + Default>(data: &[Complex<T>], rows: usize, columns: usize) -> Vec<Complex<T>> {
     const BLOCK: usize = 32;
     let mut out = vec![Complex::default(); data.len()];
     out.par_chunks_mut(BLOCK * rows).enumerate().for_each(|(k, stripe)| {

@@ -35,4 +35,4 @@ pub use multi_angle::{Colour, colours};
 pub use scan::{Scan, ScanPoint, scan};
 pub use stop::Shape;
 pub use surface::surface_gloss;
-pub use validity::{Warning, check_rays, rayleigh_parameter};
+pub use validity::{Holds, Warning, check_rays, check_waves, rayleigh_parameter};

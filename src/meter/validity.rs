@@ -1,23 +1,49 @@
-//! Whether rays may be believed at a geometry: the Rayleigh parameter.
+//! Which answer may be believed at a geometry, rays or waves, and what to say about it.
 
 use super::geometry::Geometry;
+use crate::scatter::Decision;
+pub use crate::scatter::kirchhoff::{SMALLEST_FOR_RAYS, rayleigh_parameter};
 
-/// Below this Rayleigh parameter more than 1e-4 of the reflected light is a coherent mirror beam that rays
-/// know nothing of: `exp(-9) = 1.2e-4`.
-pub const SMALLEST_FOR_RAYS: f64 = 9.0;
+/// Share of the light that the wave calculation may leave unfollowed, or of the facets that may be too steep for the pitch,
+/// before its answer is not believed.
+pub const LARGEST_FOR_WAVES: f64 = 0.05;
 
-/// `g = (4 pi Sq cos_theta / lambda)^2` at specular reflection; `exp(-g)` of the reflectance is coherent.
-///
-/// `sq` and `wavelength` in the same unit, `theta` in rad.
-/// Source: Beckmann and Spizzichino 1963, chapter 5; He et al., SIGGRAPH 1991.
-pub fn rayleigh_parameter(sq: f64, theta: f64, wavelength: f64) -> f64 {
-    (4.0 * std::f64::consts::PI * sq * theta.cos() / wavelength).powi(2)
+/// Which calculation holds at a geometry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Holds {
+    /// Rayleigh parameter of at least 9, or an exactly flat surface: the value is that of rays.
+    Rays,
+    /// Rayleigh parameter below 9: the value is that of the wave calculation.
+    Waves,
+    /// The value stands on a calculation that does not hold here.
+    Neither,
+}
+
+impl Holds {
+    /// Mark beside a value: none for rays, `~` for waves, `*` for neither.
+    pub fn mark(self) -> char {
+        match self {
+            Holds::Rays => ' ',
+            Holds::Waves => '~',
+            Holds::Neither => '*',
+        }
+    }
+}
+
+impl std::fmt::Display for Holds {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Holds::Rays => "rays",
+            Holds::Waves => "waves",
+            Holds::Neither => "neither",
+        })
+    }
 }
 
 /// What the meter has to say about its own result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Warning {
-    /// The surface is too smooth for rays at this angle and wavelength.
+    /// The surface is too smooth for rays at this angle and wavelength, but rays made the value.
     TooSmoothForRays {
         /// Rayleigh parameter.
         g: f64,
@@ -28,6 +54,45 @@ pub enum Warning {
         /// Wavelength \[m\].
         wavelength: f64,
     },
+    /// The surface is too smooth for rays, and the wave calculation made the value.
+    WavesInstead {
+        g: f64,
+        /// Angle of incidence \[rad\].
+        theta_i: f64,
+        /// Gloss by waves, and what rays alone would have given \[GU\]; `None` for a stored table.
+        wave: f64,
+        ray: Option<f64>,
+    },
+    /// Facets whose phase changes by more than half a turn from point to point.
+    PhaseUndersampled {
+        /// Angle of incidence \[rad\].
+        theta_i: f64,
+        /// Their share.
+        share: f64,
+    },
+    /// The surface bends within a wavelength.
+    TooCurved {
+        /// Angle of incidence \[rad\].
+        theta_i: f64,
+        /// `4 pi r cos_theta / lambda`.
+        criterion: f64,
+    },
+    /// Waves served where much of the light would bounce again.
+    WavesBounceOnce {
+        /// Angle of incidence \[rad\].
+        theta_i: f64,
+        /// Predicted share of facets in shadow.
+        shadowed: f64,
+        /// Share of the light hidden by Smith's factor or sent below the horizon.
+        unfollowed: f64,
+    },
+}
+
+impl Warning {
+    /// Whether it casts doubt on the value; otherwise it says that waves took over where rays do not hold.
+    pub fn is_doubt(&self) -> bool {
+        !matches!(self, Warning::TooSmoothForRays { .. } | Warning::WavesInstead { .. })
+    }
 }
 
 impl std::fmt::Display for Warning {
@@ -39,7 +104,8 @@ impl std::fmt::Display for Warning {
                     f,
                     "At {:.0} deg the Rayleigh parameter is {g:.2} (Sq {:.0} nm, wavelength {:.0} nm), below \
                      {SMALLEST_FOR_RAYS}: {:.1} % of the reflected light stays a mirror beam that rays do not \
-                     describe. The value needs a wave calculation; trust rays at this angle above Sq {:.0} nm.",
+                     describe. The value needs a wave calculation (--method auto or kirchhoff); trust rays at this angle \
+                     above Sq {:.0} nm.",
                     theta_i.to_degrees(),
                     sq * 1e9,
                     wavelength * 1e9,
@@ -47,6 +113,41 @@ impl std::fmt::Display for Warning {
                     needed * 1e9,
                 )
             }
+            Warning::WavesInstead { g, theta_i, wave, ray } => {
+                write!(
+                    f,
+                    "At {:.0} deg the Rayleigh parameter is {g:.3}, below {SMALLEST_FOR_RAYS}, so no ray method holds: the \
+                     value is that of the wave calculation (scalar Kirchhoff with its mirror beam), {wave:.2} GU",
+                    theta_i.to_degrees(),
+                )?;
+                match ray {
+                    Some(ray) => write!(f, "; rays alone would give {ray:.2} GU, {:+.2} GU off.", ray - wave),
+                    None => write!(f, "."),
+                }
+            }
+            Warning::PhaseUndersampled { theta_i, share } => write!(
+                f,
+                "At {:.0} deg {:.1} % of the facets are too steep for the sampling distance: their phase changes by more \
+                 than half a turn from point to point and the wave calculation sends their light to a wrong angle. Measure \
+                 with a smaller pitch, or take the short waves off (--s-filter).",
+                theta_i.to_degrees(),
+                100.0 * share,
+            ),
+            Warning::TooCurved { theta_i, criterion } => write!(
+                f,
+                "At {:.0} deg 4 pi r cos(theta) / lambda is {criterion:.2}, with the rms radius of curvature r: the surface \
+                 bends within a wavelength, which no tangent-plane calculation describes. The bending may be noise of the \
+                 instrument: compare with --s-filter.",
+                theta_i.to_degrees(),
+            ),
+            Warning::WavesBounceOnce { theta_i, shadowed, unfollowed } => write!(
+                f,
+                "At {:.0} deg {:.1} % of the facets lie in shadow; the wave calculation takes {:.1} % of the light off for \
+                 shadow and for directions below the horizon, and does not follow it to where it would be reflected again.",
+                theta_i.to_degrees(),
+                100.0 * shadowed,
+                100.0 * unfollowed,
+            ),
         }
     }
 }
@@ -58,6 +159,23 @@ pub fn check_rays(sq: f64, geometry: &Geometry, wavelength: f64) -> Option<Warni
     let theta_i = geometry.theta_i;
     let g = rayleigh_parameter(sq, theta_i, wavelength);
     (sq > 0.0 && g < SMALLEST_FOR_RAYS).then_some(Warning::TooSmoothForRays { g, theta_i, sq, wavelength })
+}
+
+/// Warnings if the wave calculation should not be believed where `decision` was for it.
+pub fn check_waves(decision: &Decision) -> Vec<Warning> {
+    let theta_i = decision.theta_i;
+    let mut found = Vec::new();
+    if decision.undersampled > LARGEST_FOR_WAVES {
+        found.push(Warning::PhaseUndersampled { theta_i, share: decision.undersampled });
+    }
+    if decision.tangent_plane < 1.0 {
+        found.push(Warning::TooCurved { theta_i, criterion: decision.tangent_plane });
+    }
+    if decision.unfollowed > LARGEST_FOR_WAVES {
+        let shadowed = decision.predicted_shadowed;
+        found.push(Warning::WavesBounceOnce { theta_i, shadowed, unfollowed: decision.unfollowed });
+    }
+    found
 }
 
 #[cfg(test)]

@@ -111,22 +111,33 @@ impl AlbedoTable {
                 (0..azimuths).map(|a| albedo(direction(node_angle(k), TAU * a as f64 / azimuths as f64))).sum();
             sum / azimuths as f64
         };
-        AlbedoTable { values: (0..NODES).map(value).collect() }
+        let nodes: Vec<f64> = (0..NODES).map(value).collect();
+        let step = coordinate(LAST) / (READINGS - 1) as f64;
+        AlbedoTable { values: (0..READINGS).map(|k| between(&nodes, k as f64 * step)).collect() }
     }
 
-    /// Value at `theta_i` \[rad\], by Lagrange's polynomial through the six nearest nodes in the table's own coordinate.
+    /// Value at `theta_i` \[rad\].
     pub fn at(&self, theta_i: f64) -> f64 {
-        let theta_i = theta_i.abs().min(LAST);
-        let s = coordinate(theta_i);
-        let first = (s as usize).saturating_sub(STENCIL / 2 - 1).min(NODES - STENCIL);
-        let node = |k: usize| if first + k == NODES - 1 { coordinate(LAST) } else { (first + k) as f64 };
-        (0..STENCIL)
-            .map(|k| {
-                let others = (0..STENCIL).filter(|&j| j != k);
-                self.values[first + k] * others.map(|j| (s - node(j)) / (node(k) - node(j))).product::<f64>()
-            })
-            .sum()
+        let s = coordinate(theta_i.abs().min(LAST)) * ((READINGS - 1) as f64 / coordinate(LAST));
+        let k = (s as usize).min(READINGS - 2);
+        let t = (s - k as f64).min(1.0);
+        self.values[k] + t * (self.values[k + 1] - self.values[k])
     }
+}
+
+/// Finely spaced values that are read linearly: a millionth from the polynomial they come from.
+const READINGS: usize = 32 * (NODES - 1) + 1;
+
+/// Lagrange's polynomial through the six nearest nodes, in the table's own coordinate.
+fn between(nodes: &[f64], s: f64) -> f64 {
+    let first = (s as usize).saturating_sub(STENCIL / 2 - 1).min(NODES - STENCIL);
+    let node = |k: usize| if first + k == NODES - 1 { coordinate(LAST) } else { (first + k) as f64 };
+    (0..STENCIL)
+        .map(|k| {
+            let others = (0..STENCIL).filter(|&j| j != k);
+            nodes[first + k] * others.map(|j| (s - node(j)) / (node(k) - node(j))).product::<f64>()
+        })
+        .sum()
 }
 
 /// Nodes that one value is read from.

@@ -14,13 +14,13 @@
 //! Normalisation: printed with `D = exp(..) / (m^2 cos^4)` and `1 / pi` in front, the lobe reflects exactly 4 times the
 //! light it receives. With the normalised D above, and 1/4, it is right; some programs still carry the 4.
 //!
-//! Energy: albedo at most `rho_s R + rho_d`; V-cavities hide a little less than Smith's G. Reciprocal. Alpha below 1e-4 is
+//! Energy: albedo at most `rho_s R + rho_d`; V-cavities hide less than Smith at grazing, more at 60 deg. Reciprocal. Alpha below 1e-4 is
 //! a specular core.
 //!
 //! Sampling: half vectors by `D cos_theta_h`, pdf `D cos_theta_h / (4 cos_beta)`, weight `rho_s R G cos_beta /
 //! (cos_theta_i cos_theta_h) <= 2 rho_s R`.
 //!
-//! Picture: `asperity lobe cook-torrance:alpha=0.3,material=cu --wavelength 464nm,550nm,611nm -o copper.svg`
+//! Picture: `asperity lobe cook-torrance:alpha=0.3,material=cu --wavelengths 464nm,550nm,611nm -o copper.svg`
 //!
 //! Source: R. L. Cook and K. E. Torrance, ACM Transactions on Graphics 1(1), 1982.
 

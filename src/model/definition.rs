@@ -107,6 +107,13 @@ impl Definition {
         self.values.iter().find(|(n, _)| *n == name).map(|&(_, value)| value)
     }
 
+    /// The word of `key`, else the first of its options; `None` for free text that was not given.
+    pub fn word(&self, key: &str) -> Option<&str> {
+        let given = self.words.iter().find(|(name, _)| *name == key).map(|(_, word)| word.as_str());
+        let first = |w: &Word| w.options.first().copied();
+        given.or_else(|| self.entry.words.iter().find(|w| w.name == key).and_then(first))
+    }
+
     /// Gives `name` the value, SI.
     ///
     /// # Errors
@@ -217,9 +224,7 @@ impl Values<'_> {
 
     /// The word of `key`, else the first of its options; `None` for free text that was not given.
     pub fn word(&self, key: &str) -> Option<&str> {
-        let given = self.definition.words.iter().find(|(name, _)| *name == key).map(|(_, word)| word.as_str());
-        let first = |w: &Word| w.options.first().copied();
-        given.or_else(|| self.definition.entry.words.iter().find(|w| w.name == key).and_then(first))
+        self.definition.word(key)
     }
 
     /// One value for both axes, or one each: either `both`, or `x` and `y`.

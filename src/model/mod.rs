@@ -6,11 +6,13 @@
 //! `layered:COAT,over=BASE` are understood too ([`library`], [`layered`]).
 
 mod albedo;
+pub mod beard_maxwell;
 pub mod beckmann;
 pub mod blinn_dusty;
 pub mod bounded;
 pub mod cook_torrance;
 mod definition;
+pub mod facet_normals;
 pub mod floor;
 pub mod ggx;
 pub mod he_torrance;
@@ -21,6 +23,7 @@ pub mod library;
 pub mod metallic;
 pub mod microfacet;
 pub mod minnaert;
+pub mod nef_bm;
 pub mod oren_nayar;
 pub mod parameter;
 pub mod phong;
@@ -29,7 +32,9 @@ pub mod poulin_fournier;
 mod registry;
 pub mod smooth;
 pub mod ward;
+pub mod zero_bistatic;
 
+pub use beard_maxwell::BeardMaxwell;
 pub use beckmann::Beckmann;
 pub use bounded::Bounded;
 pub use definition::{Definition, Values};
@@ -59,6 +64,8 @@ pub static MODELS: &[&Entry] = &[
     &he_torrance::ENTRY,
     &poulin_fournier::ENTRY,
     &blinn_dusty::ENTRY,
+    &beard_maxwell::ENTRY,
+    &nef_bm::ENTRY,
     &metallic::ENTRY,
     &smooth::MIRROR,
     &smooth::DIELECTRIC,

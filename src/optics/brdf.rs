@@ -31,6 +31,11 @@ pub trait Brdf: Send + Sync {
     /// Density per steradian with which [`Brdf::sample`] draws `wo`, specular core excluded.
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64;
 
+    /// [`Brdf::eval`] and [`Brdf::pdf`] of one pair: what both need is worked out once.
+    fn eval_and_pdf(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
+        (self.eval(wi, wo), self.pdf(wi, wo))
+    }
+
     /// Directional-hemispherical reflectance at `theta_i` \[rad\], specular core included.
     fn albedo(&self, theta_i: f64) -> f64;
 

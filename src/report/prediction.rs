@@ -2,8 +2,12 @@
 
 use crate::error::Result;
 use crate::heightmap::{HeightMap, parameters};
-use crate::math::Estimate;
-use crate::meter::{self, Geometry, Warning, check_rays, rayleigh_parameter, surface_gloss};
+use crate::math::{Estimate, direction};
+use crate::meter::validity::SMALLEST_FOR_RAYS;
+use crate::meter::{
+    self, Azimuths, Geometry, Holds, Warning, check_rays, check_waves, facet_gloss, rayleigh_parameter, surface_gloss,
+};
+use crate::optics::fresnel;
 use crate::sample::TableBrdf;
 use crate::scatter::tally::BOUNCES;
 use crate::scatter::{self, Decision, Run, Tally};
@@ -12,6 +16,9 @@ use crate::table::{Provenance, Table};
 /// Source azimuths over which the gloss of an anisotropic surface is averaged \[rad\].
 pub const GLOSS_AZIMUTHS: [f64; 4] =
     [0.0, std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_2, 3.0 * std::f64::consts::FRAC_PI_4];
+
+/// Angles of the glossmeter \[deg\].
+const ANGLES: [f64; 3] = [20.0, 60.0, 85.0];
 
 /// How to predict.
 #[derive(Debug, Clone)]
@@ -49,8 +56,12 @@ pub struct Prediction {
     /// Share of the incident energy that left after 1, 2, 3 and more bounces, per incident polar angle, the mean over azimuths.
     pub bounce_fractions: Vec<[f64; BOUNCES]>,
     pub brdf: TableBrdf,
-    /// Gloss at 20, 60, 85 deg \[GU\].
+    /// Gloss at 20, 60, 85 deg \[GU\], from the table: by rays or by waves, whichever served there.
     pub gloss: [Estimate; 3],
+    /// What rays alone give, straight from the facets; `None` for a stored table.
+    pub ray_gloss: Option<[Estimate; 3]>,
+    /// Whether waves served at 20, 60, 85 deg.
+    pub wave: [bool; 3],
     /// Rayleigh parameter at 20, 60, 85 deg.
     pub rayleigh: [f64; 3],
     pub warnings: Vec<Warning>,
@@ -107,10 +118,15 @@ pub fn predict_run(
         facets: scattered.statistics.facets,
         bounce_fractions,
         gloss: [Estimate::default(); 3],
+        ray_gloss: None,
+        wave: [false; 3],
         rayleigh: [0.0; 3],
         warnings: Vec::new(),
         brdf,
     };
+    let azimuths = if prediction.isotropic { Azimuths::All } else { Azimuths::At(GLOSS_AZIMUTHS.to_vec()) };
+    let by_facets = facet_gloss(map, &settings.scatter.material, &settings.glossmeter, &azimuths)?.gloss;
+    prediction.ray_gloss = Some([by_facets[0], by_facets[1], by_facets[2]]);
     measure_gloss(&mut prediction, settings)?;
     progress(1.0);
     Ok(prediction)
@@ -133,6 +149,8 @@ pub fn from_table(table: Table, name: &str, settings: &Settings) -> Result<Predi
         bounce_fractions: Vec::new(),
         brdf: TableBrdf::new(table)?,
         gloss: [Estimate::default(); 3],
+        ray_gloss: None,
+        wave: [false; 3],
         rayleigh: [0.0; 3],
         warnings: Vec::new(),
     };
@@ -149,17 +167,67 @@ fn measure_gloss(prediction: &mut Prediction, settings: &Settings) -> Result<()>
     let options = settings.meter.clone().with_azimuths(azimuths);
     let gloss = surface_gloss(&prediction.brdf, &settings.glossmeter, &options)?;
     for (k, geometry) in settings.glossmeter.iter().enumerate() {
-        prediction.gloss[k] = gloss[k];
-        prediction.rayleigh[k] = rayleigh_parameter(prediction.sq, geometry.theta_i, settings.wavelength);
-        prediction.warnings.extend(check_rays(prediction.sq, geometry, settings.wavelength));
+        let theta_i = geometry.theta_i;
+        let (core, share, core_error, wave) = prediction.mirror_beam(geometry);
+        // Light that the mirror beam gains is taken from the lobe.
+        let lobe = (gloss[k].value - core) * share / (1.0 - share).max(1e-9);
+        prediction.gloss[k] = gloss[k].with_error((core - lobe).abs() * core_error);
+        prediction.wave[k] = wave;
+        let g = rayleigh_parameter(prediction.sq, theta_i, settings.wavelength);
+        prediction.rayleigh[k] = g;
+        if !wave {
+            prediction.warnings.extend(check_rays(prediction.sq, geometry, settings.wavelength));
+            continue;
+        }
+        if g < SMALLEST_FOR_RAYS {
+            let ray = prediction.ray_gloss.map(|rays| rays[k].value);
+            prediction.warnings.push(Warning::WavesInstead { g, theta_i, wave: gloss[k].value, ray });
+        }
+        let doubts = prediction.decision_at(theta_i).map(check_waves);
+        prediction.warnings.extend(doubts.unwrap_or_default());
     }
     Ok(())
 }
 
 impl Prediction {
+    /// Gloss of the specular core alone \[GU\], its share of the light, its relative error, and whether waves serve at the
+    /// incident angle.
+    fn mirror_beam(&self, geometry: &Geometry) -> (f64, f64, f64, bool) {
+        let table = self.brdf.table();
+        let wi = direction(geometry.theta_i, 0.0);
+        let standard = fresnel::dielectric(wi.z, geometry.standard_index);
+        let (error, wave) = table.wave_at(wi);
+        let core = table.core(wi);
+        let share = core / table.material().reflectance(wi.z).max(f64::MIN_POSITIVE);
+        (100.0 * core / standard, share, error, wave)
+    }
+
+    /// The decision for the incident angle nearest to `theta_i`.
+    fn decision_at(&self, theta_i: f64) -> Option<&Decision> {
+        self.decisions.iter().min_by(|a, b| (a.theta_i - theta_i).abs().total_cmp(&(b.theta_i - theta_i).abs()))
+    }
+
     /// Whether rays may be believed at 20, 60, 85 deg: Rayleigh parameter at least 9, or an exactly flat map.
     pub fn ray_valid(&self) -> [bool; 3] {
-        self.rayleigh.map(|g| self.sq == 0.0 || g >= meter::validity::SMALLEST_FOR_RAYS)
+        self.rayleigh.map(|g| self.sq == 0.0 || g >= SMALLEST_FOR_RAYS)
+    }
+
+    /// Which calculation stands behind the gloss at 20, 60, 85 deg.
+    pub fn holds(&self) -> [Holds; 3] {
+        let ray_valid = self.ray_valid();
+        [0, 1, 2].map(|k| match (self.wave[k], ray_valid[k]) {
+            (false, true) => Holds::Rays,
+            (false, false) => Holds::Neither,
+            (true, _) => {
+                let doubts = self.decision_at(ANGLES[k].to_radians()).map(check_waves);
+                if doubts.unwrap_or_default().is_empty() { Holds::Waves } else { Holds::Neither }
+            }
+        })
+    }
+
+    /// Gloss by waves at 20 (k = 0), 60, 85 deg where they served \[GU\].
+    pub fn wave_gloss(&self, k: usize) -> Option<Estimate> {
+        self.wave[k].then_some(self.gloss[k])
     }
 
     /// How the incident angles were served, in a few words for people.
@@ -167,9 +235,21 @@ impl Prediction {
         if self.decisions.is_empty() {
             return "stored table".to_owned();
         }
-        match self.decisions.iter().find(|d| d.visibility) {
-            None => "slope distribution at all angles".to_owned(),
-            Some(first) => format!("facet visibility from {:.0} deg", first.theta_i.to_degrees()),
+        // Both hiding and waves grow towards grazing: the first angle says it all.
+        let first = |served: fn(&Decision) -> bool| {
+            let decision = self.decisions.iter().find(|d| served(d));
+            decision.map(|d| (d.theta_i <= self.decisions[0].theta_i, d.theta_i.to_degrees()))
+        };
+        let rays = match first(|d| d.visibility) {
+            None => "slope distribution".to_owned(),
+            Some((true, _)) => "facet visibility".to_owned(),
+            Some((false, degrees)) => format!("facet visibility from {degrees:.0} deg"),
+        };
+        match first(|d| d.wave) {
+            None if rays == "slope distribution" => "slope distribution at all angles".to_owned(),
+            None => rays,
+            Some((true, _)) => "waves at all angles".to_owned(),
+            Some((false, degrees)) => format!("{rays}, waves from {degrees:.0} deg"),
         }
     }
 }

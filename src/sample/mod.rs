@@ -1,7 +1,13 @@
 //! Floor 6: drawing directions.
 
 pub mod alias;
+pub mod audit;
+pub mod reciprocal;
+pub mod rivals;
+mod slabs;
 pub mod table_brdf;
 
 pub use alias::AliasTable;
+pub use audit::{Audit, audit};
+pub use reciprocal::Reciprocal;
 pub use table_brdf::TableBrdf;

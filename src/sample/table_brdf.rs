@@ -1,33 +1,67 @@
 //! A table that can be drawn from.
 
 use super::alias::AliasTable;
+use super::slabs::Slabs;
 use crate::error::Result;
-use crate::math::{direction, half_vector, slope_of_half_vector};
+use crate::math::direction;
 use crate::optics::{Brdf, BrdfSample};
-use crate::scatter::cells::Stencil;
-use crate::scatter::facing::facing;
+use crate::scatter::HalfVectorCells;
+use crate::scatter::axis::{at_least, at_most};
+use crate::scatter::facing::cell_weight;
 use crate::scatter::hats::Hats;
-use crate::table::{Incident, NodeWeights, Table};
+use crate::table::{Incident, Place, Table, albedos};
 use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::OnceLock;
 
-/// Share of its density that a cell keeps as sampling weight when all of its quadrature points lie below the
-/// horizon of the node: between two nodes, or in a corner, it may still reflect.
+/// Share of its density that a cell keeps as sampling weight when it lies below the horizon of the node: between two
+/// nodes, or in a corner, it may still reflect.
 const SLIVER: f64 = 1e-3;
+
+/// Cosines below this count as the horizon.
+const HORIZON: f64 = 1e-9;
+
+/// Steps of the albedo from 0 to 90 deg.
+const ALBEDO_STEPS: usize = 128;
+
+/// To make random bits of a number in [0, 1).
+const TWO_53: f64 = 9_007_199_254_740_992.0;
 
 /// A [`Table`] with one alias table per incident node.
 ///
-/// `pdf(wi, wo) = sum over nodes n of w_n (1 - c_n) sum over cells k of p_n(k) hat_k / H_k / (4 cos_beta cos^3 theta_h)`: node by
-/// its interpolation weight, then core with probability `c_n` or cell `k` by alias, then a slope under the hat by which
-/// the cell enters the interpolation, `H_k` its integral. So draws follow the interpolated table, and where it is 0
-/// none falls. Draws whose mirror direction lies below the horizon carry nothing; the pdf integrates to 1 minus their
-/// share and the core's.
+/// `pdf(wi, wo) = sum over nodes n of w_n [ d_n cos_theta_r / pi + (1 - c_n - d_n) sum over cells k of p_n(k) hat_k / H_k /
+/// (4 cos_beta cos^3 theta_h) ]`: node by its interpolation weight, then specular core with probability `c_n`, diffuse floor
+/// with `d_n` by the cosine, or cell `k` by alias and a slope under the hat by which the cell enters the interpolation, `H_k`
+/// its integral. So draws follow the interpolated table, and where it is 0 none falls. Draws whose mirror direction lies
+/// below the horizon carry nothing; the pdf integrates to 1 minus their share and the core's.
 pub struct TableBrdf {
     table: Table,
-    /// Alias table per node, `None` where only the core reflects.
-    nodes: Vec<Option<AliasTable>>,
-    /// Probability of the core per node.
-    core: Vec<f64>,
+    nodes: Vec<Sampler>,
+    slabs: Slabs,
     hats: Hats,
+    /// Albedo at even steps of theta_i, worked out when first asked for.
+    albedo: OnceLock<Vec<f64>>,
+}
+
+/// How one node draws.
+struct Sampler {
+    /// `None` where only core and floor reflect.
+    alias: Option<AliasTable>,
+    /// Probabilities of the core and of the floor.
+    core: f64,
+    floor: f64,
+    /// `f_r` of the floor and reflecting share of the core.
+    diffuse: f64,
+    core_share: f64,
+}
+
+/// The facts of the nodes around one `wi`, blended.
+struct Blend {
+    core: f64,
+    floor: f64,
+    diffuse: f64,
+    core_share: f64,
 }
 
 impl TableBrdf {
@@ -36,35 +70,41 @@ impl TableBrdf {
     /// # Errors
     /// `Error::Parameter` if a density is not a finite, non-negative number.
     pub fn new(table: Table) -> Result<Self> {
-        let cells = table.cells.clone();
+        let cells = &table.cells;
         let phis = table.phi_i.len();
-        let mut nodes = Vec::with_capacity(table.nodes.len());
-        let mut core = Vec::with_capacity(table.nodes.len());
-        let points: Vec<_> = (0..cells.len()).map(|k| cells.points(k)).collect();
-        let stencils: Vec<_> = points.iter().map(|p| p.map(|x| cells.stencil(x.p, x.q))).collect();
-        for node in 0..table.nodes.len() {
-            let wi = direction(table.theta_i[node / phis], table.phi_i[node % phis]);
-            let density = &table.density[table.node_range(node)];
-            let mut weights = vec![0.0; cells.len()];
-            let mut held = vec![0.0; cells.len()];
-            for (point, stencil) in points.iter().flatten().zip(stencils.iter().flatten()) {
-                let seen = facing(point.p, point.q, wi).filter(|f| f.wo.z > 0.0);
-                let share = seen.map_or(0.0, |f| f.weight * table.material.reflectance(f.cos_beta));
-                for &(c, w) in stencil {
-                    let t = density[c] * w * point.area;
-                    held[c] += t;
-                    weights[c] += t * share;
+        let hats = Hats::new(cells);
+        let integrals: Vec<f64> = (0..cells.len()).map(|k| hats.integral(cells.column_and_row(k))).collect();
+        let built: Vec<(Sampler, Vec<f32>)> = (0..table.nodes.len())
+            .into_par_iter()
+            .map(|node| {
+                let wi = direction(table.theta_i[node / phis], table.phi_i[node % phis]);
+                let facts = &table.nodes[node];
+                let density = &table.density[table.node_range(node)];
+                let shares = blurred(cells, &reflected_shares(&table, density, wi));
+                let sliver = SLIVER * table.material.reflectance(1.0);
+                let weights: Vec<f64> =
+                    (0..cells.len()).map(|k| density[k] * shares[k].max(sliver) * integrals[k]).collect();
+                let rest = weights.iter().sum::<f64>();
+                let mirror = facts.core_share * table.material.reflectance(wi.z);
+                let all = mirror + facts.diffuse + rest;
+                let probability = |energy: f64| if energy > 0.0 { energy / all } else { 0.0 };
+                let (core, floor) = (probability(mirror), probability(facts.diffuse));
+                let mut draws = vec![0.0f32; cells.len()];
+                let mut alias = None;
+                if rest > 0.0 || !rest.is_finite() {
+                    let built = AliasTable::new(&weights)?;
+                    for (k, p) in built.probabilities().into_iter().enumerate() {
+                        draws[k] = (p * (1.0 - core - floor) / integrals[k]) as f32;
+                    }
+                    alias = Some(built);
                 }
-            }
-            for (weight, held) in weights.iter_mut().zip(held) {
-                *weight = weight.max(SLIVER * held * table.material.reflectance(1.0));
-            }
-            let mirror = table.nodes[node].core_share * table.material.reflectance(wi.z);
-            let rest: f64 = weights.iter().sum();
-            core.push(if mirror > 0.0 { mirror / (mirror + rest) } else { 0.0 });
-            nodes.push(if rest > 0.0 { Some(AliasTable::new(&weights)?) } else { None });
-        }
-        Ok(TableBrdf { table, nodes, core, hats: Hats::new(&cells) })
+                let sampler = Sampler { alias, core, floor, diffuse: facts.diffuse / PI, core_share: facts.core_share };
+                Ok((sampler, draws))
+            })
+            .collect::<Result<_>>()?;
+        let (nodes, draws): (Vec<Sampler>, Vec<Vec<f32>>) = built.into_iter().unzip();
+        let slabs = Slabs::new(&table, &draws);
+        Ok(TableBrdf { nodes, slabs, hats, albedo: OnceLock::new(), table })
     }
 
     /// The table behind the sampler.
@@ -74,86 +114,208 @@ impl TableBrdf {
 
     /// The alias table of a node, `None` where only the core reflects.
     pub fn alias(&self, node: usize) -> Option<&AliasTable> {
-        self.nodes[node].as_ref()
+        self.nodes[node].alias.as_ref()
     }
 
-    fn pdf_from(&self, incident: &Incident, wo: DVec3) -> f64 {
-        let wh = half_vector(incident.wi, wo);
-        let (p, q) = slope_of_half_vector(incident.in_cells(wh));
-        let density = self.draw_density(incident, &self.table.cells.stencil(p, q));
-        density / (4.0 * wh.dot(incident.wi) * wh.z * wh.z * wh.z)
-    }
-
-    /// Density of the draws in the slope plane.
-    #[inline]
-    fn draw_density(&self, incident: &Incident, stencil: &Stencil) -> f64 {
-        let cells = &self.table.cells;
-        let under_hats = stencil.map(|(k, w)| (k, w / self.hats.integral(cells.column_and_row(k))));
-        let mut density = 0.0;
-        for (n, w) in incident.nodes {
-            if w > 0.0
-                && let Some(alias) = &self.nodes[n]
-            {
-                let node: f64 = under_hats.iter().map(|&(k, share)| share * alias.probability(k)).sum();
-                density += w * (1.0 - self.core[n]) * node;
-            }
+    /// Blends what every node says about core and floor.
+    #[inline(always)]
+    fn blend(&self, place: &Place) -> Blend {
+        let phis = self.table.phi_i.len();
+        let next = (place.theta + 1).min(self.table.theta_i.len() - 1);
+        let mix = |a: &Sampler, b: &Sampler, t: f64| Blend {
+            core: a.core + t * (b.core - a.core),
+            floor: a.floor + t * (b.floor - a.floor),
+            diffuse: a.diffuse + t * (b.diffuse - a.diffuse),
+            core_share: a.core_share + t * (b.core_share - a.core_share),
+        };
+        let [p0, p1] = place.phi;
+        let near = mix(&self.nodes[place.theta * phis + p0], &self.nodes[next * phis + p0], place.u);
+        if phis == 1 {
+            return near;
         }
-        density
+        let far = mix(&self.nodes[place.theta * phis + p1], &self.nodes[next * phis + p1], place.u);
+        let v = place.v;
+        Blend {
+            core: near.core + v * (far.core - near.core),
+            floor: near.floor + v * (far.floor - near.floor),
+            diffuse: near.diffuse + v * (far.diffuse - near.diffuse),
+            core_share: near.core_share + v * (far.core_share - near.core_share),
+        }
     }
-}
 
-impl Brdf for TableBrdf {
-    fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
-        self.table.eval(wi, wo)
+    /// `f_r` and pdf of `wo` for a `wi`, both above the horizon.
+    #[inline(always)]
+    fn both(&self, incident: &Incident, wo: DVec3) -> (f64, f64) {
+        let wi = incident.wi;
+        let blend = self.blend(&incident.place);
+        let sum = wi + wo;
+        let length2 = sum.length_squared();
+        // One division for all that is divided by.
+        let cosines = 4.0 * wi.z * wo.z;
+        let inverse = 1.0 / (cosines * sum.z);
+        let per_z = inverse * cosines;
+        let slope = incident.in_cells(-sum * per_z);
+        let found = self.slabs.at(&incident.place, self.table.cells.coordinates(slope.x, slope.y));
+        // cos_beta = |wi + wo| / 2 and cos_theta_h = sum.z / |wi + wo|.
+        let steepness = length2 * per_z * per_z;
+        let reflectance = self.table.material.reflectance(0.5 * length2.sqrt());
+        let rest = incident.balance * reflectance * found.density * steepness * steepness * inverse * sum.z;
+        let pdf = found.draws * 0.5 * steepness * per_z + blend.floor * wo.z / PI;
+        (rest + blend.diffuse, pdf)
     }
 
-    fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
-        if wi.z <= 0.0 {
+    /// A draw whose cell comes from `draw(node, u)`, with what is left of `u`.
+    #[inline(always)]
+    pub(super) fn sample_by(
+        &self,
+        wi: DVec3,
+        u: [f64; 2],
+        draw: impl Fn(usize, f64) -> Option<(usize, f64)>,
+    ) -> Option<BrdfSample> {
+        if !(wi.z > HORIZON) {
             return None;
         }
         let incident = self.table.incident(wi);
-        // The second number picks the node and the core, and what is left of it the place inside the cell.
-        let (node, left) = pick(&incident.nodes, u[1]);
-        let core = self.core[node];
-        if left < core {
-            let probability: f64 = incident.nodes.iter().map(|&(n, w)| w * self.core[n]).sum();
+        let place = &incident.place;
+        let blend = self.blend(place);
+        // The second number picks the node and its branch, and what is left of it the place inside the cell.
+        let phis = self.table.phi_i.len();
+        let (theta, mut left) = choose(place.u, u[1]);
+        let mut phi = place.phi[0];
+        if phis > 1 {
+            let (second, rest) = choose(place.v, left);
+            (phi, left) = (place.phi[usize::from(second)], rest);
+        }
+        let theta = (place.theta + usize::from(theta)).min(self.table.theta_i.len() - 1);
+        let node = &self.nodes[theta * phis + phi];
+        if left < node.core {
             return Some(BrdfSample {
                 wo: DVec3::new(-wi.x, -wi.y, wi.z),
-                weight: self.table.core(wi) / probability,
+                weight: blend.core_share * self.table.material.reflectance(wi.z) / blend.core,
                 pdf: f64::INFINITY,
                 specular: true,
             });
         }
-        let along = (left - core) / (1.0 - core);
-        let (cell, across) = self.nodes[node].as_ref()?.draw(u[0]);
+        if left < node.core + node.floor {
+            let left = (left - node.core) / node.floor;
+            let (sin, cos) = (std::f64::consts::TAU * left).sin_cos();
+            let (r, z) = (u[0].sqrt(), (1.0 - u[0]).sqrt());
+            let wo = DVec3::new(r * cos, r * sin, z);
+            if z <= HORIZON {
+                return None;
+            }
+            let (f, pdf) = self.both(&incident, wo);
+            return Some(BrdfSample { wo, weight: f * wo.z / pdf, pdf, specular: false });
+        }
+        let along = (left - node.core - node.floor) / (1.0 - node.core - node.floor);
+        let (cell, across) = draw(theta * phis + phi, u[0])?;
         let cells = &self.table.cells;
-        let place = self.hats.place(cells.column_and_row(cell), across, along);
-        let (p, q) = cells.slope_at(place);
+        let coordinates = self.hats.place(cells.column_and_row(cell), across, along);
+        let (p, q) = cells.slope_at(coordinates);
         let slope = incident.out_of_cells(DVec3::new(p, q, 0.0));
-        let f = facing(slope.x, slope.y, wi)?;
-        if f.wo.z <= 0.0 {
+        let lean = wi.z - slope.x * wi.x - slope.y * wi.y;
+        let steepness = 1.0 + p * p + q * q;
+        let scale = 2.0 * lean / steepness;
+        let wo = DVec3::new(-slope.x * scale - wi.x, -slope.y * scale - wi.y, scale - wi.z);
+        if !(lean > 0.0 && wo.z > HORIZON) {
             return None;
         }
-        // The slope is known, so f_r cos_theta_r / pdf needs no half vector: what is left is
-        // R T cb / (ch ci) over the density of the draw in the slope plane.
-        let stencil = cells.stencil_at(place);
-        let density = self.table.density_at(&incident, &stencil);
-        let reflected = self.table.material.reflectance(f.cos_beta) * density * f.weight * incident.balance;
-        let per_slope = self.draw_density(&incident, &stencil);
-        let ch2 = 1.0 / (1.0 + p * p + q * q);
-        let pdf = per_slope / (4.0 * f.cos_beta * ch2 * ch2.sqrt());
-        (pdf > 0.0).then(|| BrdfSample { wo: f.wo, weight: reflected / per_slope, pdf, specular: false })
+        let sample = self.weigh(&incident, &blend, wo, coordinates, lean, steepness);
+        (sample.pdf > 0.0).then_some(sample)
+    }
+
+    /// What a draw of `wo` for `wi` and slope `(p, q)` weighs, `lean = cos_beta / cos_theta_h`.
+    #[inline(always)]
+    fn weigh(
+        &self,
+        incident: &Incident,
+        blend: &Blend,
+        wo: DVec3,
+        coordinates: [f64; 2],
+        lean: f64,
+        steepness: f64,
+    ) -> BrdfSample {
+        let found = self.slabs.at(&incident.place, coordinates);
+        let reflectance = self.table.material.reflectance(lean * (1.0 / steepness).sqrt());
+        // dw / (dp dq) = 4 cos_beta cos^3 theta_h: rest and draws stay per slope, floor and cosine come to it.
+        let per_slope = 4.0 * lean / (steepness * steepness);
+        let rest = incident.balance * reflectance * found.density * lean / incident.wi.z;
+        let reflected = rest + blend.diffuse * wo.z * per_slope;
+        let draws = found.draws + blend.floor * wo.z * (1.0 / PI) * per_slope;
+        BrdfSample { wo, weight: reflected / draws, pdf: draws / per_slope, specular: false }
+    }
+}
+
+/// Mean of `R(beta) cb / (ch ci)` above the horizon over each cell that holds something.
+fn reflected_shares(table: &Table, density: &[f64], wi: DVec3) -> Vec<f64> {
+    let cells = &table.cells;
+    let row = cells.row_length();
+    let holds = |k: usize| density.get(k).is_some_and(|&t| t > 0.0);
+    (0..cells.len())
+        .map(|k| {
+            let near = [k.wrapping_sub(row), k, k + row];
+            if near.iter().any(|&m| holds(m.wrapping_sub(1)) || holds(m) || holds(m + 1)) {
+                cell_weight(cells, k, wi, &table.material).0 / cells.area(k)
+            } else {
+                0.0
+            }
+        })
+        .collect()
+}
+
+/// Weights 1, 2, 1 along each axis: a hat reaches into the neighbouring cells.
+fn blurred(cells: &HalfVectorCells, values: &[f64]) -> Vec<f64> {
+    let row = cells.row_length();
+    let along = |values: &[f64], step: usize| -> Vec<f64> {
+        (0..values.len())
+            .map(|k| {
+                let beside = |k: Option<usize>| k.and_then(|k| values.get(k)).copied().unwrap_or(0.0);
+                0.5 * values[k] + 0.25 * (beside(k.checked_sub(step)) + beside(Some(k + step)))
+            })
+            .collect()
+    };
+    along(&along(values, 1), row)
+}
+
+impl Brdf for TableBrdf {
+    fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
+        if !(wi.z > HORIZON && wo.z > HORIZON) {
+            return 0.0;
+        }
+        self.both(&self.table.incident(wi), wo).0
+    }
+
+    fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
+        self.sample_by(wi, u, |node, u| {
+            let alias = self.nodes[node].alias.as_ref()?;
+            Some(alias.draw(((u * TWO_53) as i64 as u64) << 11))
+        })
     }
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        if wi.z <= 0.0 || wo.z <= 0.0 {
+        if !(wi.z > HORIZON && wo.z > HORIZON) {
             return 0.0;
         }
-        self.pdf_from(&self.table.incident(wi), wo)
+        self.both(&self.table.incident(wi), wo).1
     }
 
+    fn eval_and_pdf(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
+        if !(wi.z > HORIZON && wo.z > HORIZON) {
+            return (0.0, 0.0);
+        }
+        self.both(&self.table.incident(wi), wo)
+    }
+
+    /// Of the interpolated table at azimuth 0; between the nodes the Fresnel reflectance does not run straight.
     fn albedo(&self, theta_i: f64) -> f64 {
-        self.table.albedo(direction(theta_i, 0.0))
+        let steps = self.albedo.get_or_init(|| {
+            let last = FRAC_PI_2 * (1.0 - 1e-4);
+            let at = |k: usize| direction(last * k as f64 / ALBEDO_STEPS as f64, 0.0);
+            albedos(&self.table, &(0..=ALBEDO_STEPS).map(at).collect::<Vec<_>>())
+        });
+        let x = at_most(at_least(theta_i / FRAC_PI_2, 0.0), 1.0) * ALBEDO_STEPS as f64;
+        let k = (x as usize).min(ALBEDO_STEPS - 1);
+        steps[k] + (x - k as f64) * (steps[k + 1] - steps[k])
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {
@@ -161,14 +323,12 @@ impl Brdf for TableBrdf {
     }
 }
 
-/// A node by its weight, and what is left of `u`.
-fn pick(nodes: &NodeWeights, mut u: f64) -> (usize, f64) {
-    for &(node, weight) in nodes {
-        if u < weight {
-            return (node, u / weight);
-        }
-        u -= weight;
-    }
-    // Rounding of the weights' sum can leave a hair beyond the last one.
-    (nodes[0].0, 0.5)
+/// The second of two with probability `share`, and what is left of `u`.
+#[inline(always)]
+fn choose(share: f64, u: f64) -> (bool, f64) {
+    let second = u >= 1.0 - share;
+    // Looked up: a branch on a random number is missed every other time.
+    let from = [0.0, 1.0 - share][usize::from(second)];
+    let width = [1.0 - share, share][usize::from(second)];
+    (second, at_most((u - from) / width, 1.0 - f64::EPSILON))
 }

@@ -41,8 +41,8 @@ impl Axis {
         let c = f64::from(self.core) + 0.5;
         let n = f64::from(self.per_octave);
         let distance = x.abs();
-        let tail = (distance - c).max(0.0);
-        (distance.min(c) + n * piecewise_log2(1.0 + tail / n)).copysign(x)
+        let tail = at_least(distance - c, 0.0);
+        (at_most(distance, c) + n * piecewise_log2(1.0 + tail / n)).copysign(x)
     }
 
     /// The `x` of a grid coordinate.
@@ -51,16 +51,15 @@ impl Axis {
         let c = f64::from(self.core) + 0.5;
         let n = f64::from(self.per_octave);
         let distance = u.abs();
-        let tail = (distance - c).max(0.0);
-        (distance.min(c) + n * (piecewise_exp2(tail / n) - 1.0)).copysign(u)
+        let tail = at_least(distance - c, 0.0);
+        (at_most(distance, c) + n * (piecewise_exp2(tail / n) - 1.0)).copysign(u)
     }
 
     /// Cell of a grid coordinate, counted from 0; beyond the border's inner edge the last cell before it.
     #[inline]
     pub fn cell(&self, u: f64) -> usize {
-        let inside = f64::from(self.half) - 0.75;
-        // Truncation is the floor of a number above zero.
-        (u.clamp(-inside, inside) + (f64::from(self.half) + 0.5)) as usize
+        let half = f64::from(self.half);
+        nearest(at_most(at_least(u, 0.75 - half), half - 0.75) + half).0
     }
 
     /// The same axis for lanes.
@@ -125,6 +124,26 @@ const ONE: u64 = 0x3ff0_0000_0000_0000;
 const MANTISSA: u64 = 0x000f_ffff_ffff_ffff;
 const TWO_52: u64 = 0x4330_0000_0000_0000;
 
+/// `max(x, low)` in one instruction; `low` for a NaN.
+#[inline]
+pub fn at_least(x: f64, low: f64) -> f64 {
+    if x > low { x } else { low }
+}
+
+/// `min(x, high)` in one instruction; `high` for a NaN.
+#[inline]
+pub fn at_most(x: f64, high: f64) -> f64 {
+    if x < high { x } else { high }
+}
+
+/// The whole number nearest to `x` in `[0, 2^31)`, as index and as number: adding 2^52 rounds, and leaves the whole
+/// number in the last bits. No conversion instruction, so loops over many slopes run in lanes.
+#[inline]
+pub fn nearest(x: f64) -> (usize, f64) {
+    let shifted = x + f64::from_bits(TWO_52);
+    (shifted.to_bits() as u32 as usize, shifted - f64::from_bits(TWO_52))
+}
+
 /// `e + y / 2^e - 1` for `y >= 1`.
 #[inline]
 fn piecewise_log2(y: f64) -> f64 {
@@ -133,11 +152,11 @@ fn piecewise_log2(y: f64) -> f64 {
     exponent + (f64::from_bits(bits & MANTISSA | ONE) - 1.0)
 }
 
-/// The inverse: `2^e (1 + z - e)` with `e` the whole part of `z >= 0`.
+/// The inverse: `2^e (1 + z - e)` with `e` the whole part of `z >= 0`; at a whole number either neighbour serves.
 #[inline]
 fn piecewise_exp2(z: f64) -> f64 {
-    let e = (z as u64).min(1000);
-    f64::from_bits((e + 1023) << 52) * (1.0 + (z - e as f64))
+    let (e, whole) = nearest(at_least(at_most(z, 1000.0) - 0.5, 0.0));
+    f64::from_bits((e as u64 + 1023) << 52) * (1.0 + (z - whole))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Detectors in the half-vector plane: cells of the slope a facet must have to send `wi` to `wo`.
 
-use super::axis::{Axis, AxisLanes};
+use super::axis::{Axis, AxisLanes, at_least, at_most, nearest};
 use crate::facets::SlopeStatistics;
 use crate::math::{half_vector, slope_of_half_vector};
 use glam::DVec3;
@@ -78,9 +78,14 @@ impl HalfVectorCells {
     /// Cells that follow the measured lobe, fine enough that interpolation misses less than about `tolerance` of the energy
     /// (mean absolute difference) of a Gaussian lobe. `isotropic`: square and centred on the mean normal.
     pub fn for_lobe(statistics: &SlopeStatistics, isotropic: bool, tolerance: f64) -> Self {
+        Self::for_core(statistics, statistics.core, isotropic, tolerance)
+    }
+
+    /// As [`HalfVectorCells::for_lobe`], the core of the lobe being so many principal slopes wide.
+    pub fn for_core(statistics: &SlopeStatistics, core: f64, isotropic: bool, tolerance: f64) -> Self {
         let scale = if isotropic { [statistics.sdq / std::f64::consts::SQRT_2; 2] } else { statistics.axes };
         let (centre, angle) = if isotropic { ([0.0; 2], 0.0) } else { (statistics.mean, statistics.axis_angle) };
-        Self::new(centre, scale.map(|s| (s * statistics.core).max(FINEST)), angle, tolerance)
+        Self::new(centre, scale.map(|s| (s * core).max(FINEST)), angle, tolerance)
     }
 
     /// Cells about `centre` for a lobe of standard deviations `scale` along axes turned by `angle` \[rad\].
@@ -215,8 +220,8 @@ impl HalfVectorCells {
     /// The stencil at grid coordinates.
     #[inline]
     pub fn stencil_at(&self, [u, v]: [f64; 2]) -> Stencil {
-        let (i, s) = between(u, self.axes[0].half);
-        let (j, t) = between(v, self.axes[1].half);
+        let (i, s) = between(u, f64::from(self.axes[0].half));
+        let (j, t) = between(v, f64::from(self.axes[1].half));
         let row = self.row_length();
         let k = j * row + i;
         [(k, (1.0 - s) * (1.0 - t)), (k + 1, s * (1.0 - t)), (k + row, (1.0 - s) * t), (k + row + 1, s * t)]
@@ -238,12 +243,11 @@ impl HalfVectorCells {
 
 /// The cell at or below a grid coordinate, counted from 0, and the share of the next one.
 #[inline]
-fn between(u: f64, half: u32) -> (usize, f64) {
-    let half = f64::from(half);
+pub fn between(u: f64, half: f64) -> (usize, f64) {
     // At the very end the pair is the last one, with all weight on the border.
-    let from_zero = (u + half).clamp(0.0, 2.0 * half);
-    let below = (from_zero as usize).min(2 * half as usize - 1);
-    (below, from_zero - below as f64)
+    let from_zero = at_most(at_least(u + half, 0.0), 2.0 * half);
+    let (below, whole) = nearest(at_most(at_least(from_zero - 0.5, 0.0), 2.0 * half - 1.0));
+    (below, from_zero - whole)
 }
 
 #[cfg(test)]

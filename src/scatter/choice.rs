@@ -1,8 +1,10 @@
-//! Which method serves which incident direction, and the run over all of them.
+//! How to scatter, and the run over all incident directions.
 
 use super::bounce::Walk;
 use super::cells::{HalfVectorCells, TOLERANCE};
+use super::decision::{Decision, Judge};
 use super::facet_sum::{Azimuth, facet_sum};
+use super::kirchhoff::{TangentPlane, Wave, WaveDensity, WaveField};
 use super::rays::trace_rays;
 use super::run::{Run, fingerprint};
 use super::selection::Selection;
@@ -10,7 +12,7 @@ use super::slope_histogram::SlopeDensity;
 use super::tally::Tally;
 use crate::error::{Error, Result};
 use crate::facets::{HeightField, SlopeStatistics};
-use crate::heightmap::HeightMap;
+use crate::heightmap::{HeightMap, parameters};
 use crate::math::direction;
 use crate::optics::Material;
 use serde::{Deserialize, Serialize};
@@ -25,13 +27,18 @@ const FEWEST_BEAMS: u64 = 1 << 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// The slope distribution alone where less than a tenth of the tolerance is hidden, the facet sum elsewhere.
+    /// Per incident angle the cheapest that holds: [`Method::Kirchhoff`] where the Rayleigh parameter is below 9, elsewhere
+    /// [`Method::Geometric`].
     #[default]
     Auto,
+    /// Rays only: the slope distribution alone where less than a tenth of the tolerance is hidden, the facet sum elsewhere.
+    Geometric,
     /// Facet sum with visibility at every incident angle.
     Facets,
     /// Naive rays at every incident angle.
     Rays,
+    /// Phase integral of the map at every incident angle, with its mirror beam as the specular core.
+    Kirchhoff,
 }
 
 /// Whether the table depends on the azimuth of the source.
@@ -51,6 +58,8 @@ pub struct Options {
     pub method: Method,
     pub symmetry: Symmetry,
     pub material: Material,
+    /// Light by which rays are judged, and that of the wave calculation.
+    pub wave: Wave,
     /// Incident polar angles \[rad\], rising, each in `[0, 90 deg)`.
     pub theta_i: Vec<f64>,
     /// Source azimuths \[rad\] of an anisotropic table; one node serves while nothing is hidden.
@@ -64,11 +73,12 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        let degrees = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 83.0, 86.0, 88.0];
+        let degrees = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 83.0, 85.0, 86.0, 88.0];
         Options {
             method: Method::Auto,
             symmetry: Symmetry::Auto,
             material: Material::Dielectric { n: 1.5 },
+            wave: Wave::default(),
             theta_i: degrees.map(f64::to_radians).to_vec(),
             phi_i: (0..12).map(|k| (30.0 * f64::from(k)).to_radians()).collect(),
             tolerance: TOLERANCE,
@@ -105,18 +115,15 @@ impl Options {
         if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
             return bad(format!("tolerance {} is not a share", self.tolerance), "give --tolerance between 0 and 1");
         }
+        let Wave { wavelength, band, source } = self.wave;
+        if !(wavelength > 0.0 && wavelength.is_finite() && band >= 0.0 && band < wavelength) {
+            return bad("the wavelength or its band is out of range".into(), "give --wavelength such as 550nm");
+        }
+        if !(0.0..0.5).contains(&source) {
+            return bad("the source is wider than a wave table can average".into(), "give a full angle below 28 deg");
+        }
         Ok(())
     }
-}
-
-/// What was done for one incident polar angle, and why.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Decision {
-    pub theta_i: f64,
-    /// Facets or rays were tested for visibility; otherwise the slope distribution with Smith's masking served.
-    pub visibility: bool,
-    /// Share of the energy that Smith's function predicts to be hidden from source or exit.
-    pub predicted_blocked: f64,
 }
 
 /// The scattered energy of a map over all incident directions.
@@ -132,6 +139,10 @@ pub struct Scatter {
     /// `tallies[theta][phi]`.
     pub tallies: Vec<Vec<Tally>>,
     pub density: SlopeDensity,
+    /// The lobe of the wave where a decision was for it.
+    pub wave: Option<WaveDensity>,
+    /// Relative standard error of the mirror beam per incident angle; 0 for rays.
+    pub core_error: Vec<f64>,
     pub statistics: SlopeStatistics,
     pub decisions: Vec<Decision>,
 }
@@ -161,35 +172,44 @@ pub fn scatter_run(
         Symmetry::Isotropic => true,
         Symmetry::Anisotropic => false,
     };
-    let cells = HalfVectorCells::for_lobe(&statistics, isotropic, options.tolerance);
+    let judge = Judge {
+        sq: parameters::sq(map),
+        options,
+        statistics: &statistics,
+        plane: TangentPlane::measure(map),
+        isotropic,
+    };
+    let mut decisions: Vec<Decision> = options.theta_i.iter().map(|&theta_i| judge.decide(theta_i)).collect();
+    let served = |wave: bool| decisions.iter().any(|d| d.wave == wave);
+    let field = served(true).then(|| WaveField::new(map, &statistics, options.wave));
+    let cells = match &field {
+        Some(field) => {
+            let cosines = decisions.iter().filter(|d| d.wave).map(|d| d.theta_i.cos());
+            let steepest = cosines.fold(0.0, f64::max);
+            // The lobe of a wave is narrowest, in slope, where v_z is largest.
+            let wave = field.lobe_core(field.v_z(steepest, steepest), &statistics, isotropic);
+            let core = if served(false) { wave.min(statistics.core) } else { wave };
+            HalfVectorCells::for_core(&statistics, core, isotropic, options.tolerance)
+        }
+        None => HalfVectorCells::for_lobe(&statistics, isotropic, options.tolerance),
+    };
     let density = SlopeDensity::measure(map, &cells, isotropic);
     let hiding = statistics.hiding();
-    let decisions: Vec<Decision> = options
-        .theta_i
-        .iter()
-        .map(|&theta_i| {
-            // Geometry only: what a mirror would lose, in the worst of four azimuths.
-            let predicted_blocked = (0..if isotropic { 1 } else { 4 })
-                .map(|quarter| {
-                    let wi = direction(theta_i, f64::from(quarter) * std::f64::consts::FRAC_PI_2);
-                    density.tally(&cells, wi, &Material::Mirror, &hiding).book().lost
-                })
-                .fold(0.0, f64::max);
-            let visibility = match options.method {
-                Method::Auto => predicted_blocked > 0.1 * options.tolerance,
-                Method::Facets | Method::Rays => true,
-            };
-            Decision { theta_i, visibility, predicted_blocked }
-        })
-        .collect();
+    for decision in &mut decisions {
+        judge.ask_visibility(decision, &density, &cells, &hiding);
+    }
     let any_visibility = decisions.iter().any(|d| d.visibility);
     let phi_i = if isotropic || !any_visibility { vec![0.0] } else { options.phi_i.clone() };
-    let field = HeightField::new(map);
-    let walk =
-        Walk { field: &field, material: options.material, max_bounces: options.bounces, steepest: statistics.steepest };
+    let heights = HeightField::new(map);
+    let walk = Walk {
+        field: &heights,
+        material: options.material,
+        max_bounces: options.bounces,
+        steepest: statistics.steepest,
+    };
     let share = match options.method {
         // Every azimuth of an anisotropic table asks its own facets, so fewer per azimuth do.
-        Method::Auto => {
+        Method::Auto | Method::Geometric | Method::Kirchhoff => {
             let wanted = (BEAMS_PER_ANGLE / phi_i.len() as u64).max(FEWEST_BEAMS);
             wanted as f64 / statistics.facets as f64
         }
@@ -197,14 +217,30 @@ pub fn scatter_run(
     };
     let nodes = (decisions.len() * phi_i.len()) as f64;
     run.check(&fingerprint(map, options, "table"), phi_i.len() * decisions.iter().filter(|d| d.visibility).count())?;
+    // The slices of the wave take longer than all that is made of them.
+    let wave_part = if field.is_some() { 0.8 } else { 0.0 };
+    let wave = field.as_ref().map(|field| {
+        let cosines = || decisions.iter().filter(|d| d.wave).map(|d| d.theta_i.cos());
+        let range = [cosines().fold(1.0, f64::min), cosines().fold(0.0, f64::max)];
+        field.density(&cells, isotropic, range, &|share| progress(wave_part * share))
+    });
+    let mut core_error = Vec::with_capacity(decisions.len());
     let mut done = 0.0;
     let mut tallies = Vec::with_capacity(decisions.len());
-    for decision in &decisions {
+    for decision in &mut decisions {
         let mut row = Vec::with_capacity(phi_i.len());
+        let cos = decision.theta_i.cos();
+        let (mirror, mirror_error) = match &field {
+            Some(field) if decision.wave => field.mirror_share(field.v_z(cos, cos)),
+            _ => (0.0, 0.0),
+        };
+        core_error.push(mirror_error);
         for &phi in &phi_i {
             let azimuth = if isotropic { Azimuth::Averaged } else { Azimuth::Fixed(phi) };
             let theta_i = decision.theta_i;
-            let tally = if decision.visibility {
+            let tally = if let Some(wave) = wave.as_ref().filter(|_| decision.wave) {
+                wave.tally(&cells, direction(theta_i, phi), mirror, &options.material, &hiding)
+            } else if decision.visibility {
                 let sum = run.sum(|part| {
                     let selection = Selection { share, part, footprint: None };
                     if options.method == Method::Rays {
@@ -219,7 +255,10 @@ pub fn scatter_run(
             };
             row.push(tally);
             done += 1.0;
-            progress(done / nodes);
+            progress(wave_part + (1.0 - wave_part) * done / nodes);
+        }
+        if decision.wave {
+            decision.unfollowed = row.iter().map(|tally: &Tally| tally.book().lost).fold(0.0, f64::max);
         }
         tallies.push(row);
     }
@@ -232,6 +271,8 @@ pub fn scatter_run(
         phi_i,
         tallies,
         density,
+        wave,
+        core_error,
         statistics,
         decisions,
     })

@@ -87,6 +87,12 @@ pub fn count(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Counts> {
     options.check()?;
+    if options.method == Method::Kirchhoff {
+        return Err(Error::parameter(
+            "waves are not counted into these detectors",
+            "make a table (-o T.npz) and read it with `asperity eval`, or count with --method facets or rays",
+        ));
+    }
     let statistics = SlopeStatistics::measure(map)?;
     let detectors = counting.partition.detectors(&statistics, counting.averaged)?;
     let field = HeightField::new(map);

@@ -1,6 +1,6 @@
 //! The interpolation between cells seen as a mixture: every cell spreads its value under a hat.
 
-use super::axis::Axis;
+use super::axis::{Axis, at_most};
 use super::cells::HalfVectorCells;
 
 /// `T(u, v) = sum over cells of T_k hat_k(u, v)`, the weights of [`HalfVectorCells::stencil`]: a tent in each grid coordinate
@@ -30,12 +30,14 @@ struct Tent {
     sides: [Side; 2],
 }
 
-/// One side, from its foot: the share of the tent's mass in the neighbour's half cell, and the rise of the squared distance
-/// per share in there and behind it.
+/// One side, from its foot, in two pieces: up to what squared distance, from what share of the tent's mass, and with what
+/// rise per share each begins. Looked up, not branched to: which piece a draw meets cannot be predicted.
 #[derive(Debug, Clone, Copy)]
 struct Side {
-    outer: f64,
+    square: [f64; 2],
+    from: [f64; 2],
     rise: [f64; 2],
+    sign: f64,
 }
 
 impl Tent {
@@ -44,22 +46,26 @@ impl Tent {
         let own = width(k);
         let neighbours = [if k > 0 { width(k - 1) } else { 0.0 }, width(k + 1)];
         let mass = 0.75 * own + (neighbours[0] + neighbours[1]) / 8.0;
-        let sides = neighbours.map(|w| {
-            let (outer, inner) = (w / 8.0 / mass, 0.375 * own / mass);
-            Side { outer, rise: [0.25 / outer.max(f64::MIN_POSITIVE), 0.75 / inner] }
-        });
+        let side = |neighbour: f64, sign: f64| {
+            let (outer, inner) = (neighbour / 8.0 / mass, 0.375 * own / mass);
+            let rise = [0.25 / outer.max(f64::MIN_POSITIVE), 0.75 / inner];
+            Side { square: [0.0, 0.25], from: [0.0, outer], rise, sign }
+        };
         let left = (neighbours[0] / 8.0 + 0.375 * own) / mass;
+        let sides = [side(neighbours[0], -1.0), side(neighbours[1], 1.0)];
         Tent { peak: k as f64 - f64::from(axis.half), mass, left, sides }
     }
 
     /// Grid coordinate with a density in slope that follows the tent, for a uniform `a` in `[0, 1)`.
-    #[inline]
+    #[inline(always)]
     fn place(&self, a: f64) -> f64 {
-        let right = a >= self.left;
-        let (side, share, sign) = if right { (&self.sides[1], 1.0 - a, 1.0) } else { (&self.sides[0], a, -1.0) };
-        let beyond = share - side.outer;
-        let square = if beyond < 0.0 { share * side.rise[0] } else { 0.25 + beyond * side.rise[1] };
-        self.peak + sign * (1.0 - square.min(1.0).sqrt())
+        let right = usize::from(a >= self.left);
+        let side = &self.sides[right];
+        // From the left end or from the right.
+        let share = (right as f64 - a).abs();
+        let piece = usize::from(share >= side.from[1]);
+        let square = side.square[piece] + (share - side.from[piece]) * side.rise[piece];
+        self.peak + side.sign * (1.0 - at_most(square, 1.0).sqrt())
     }
 }
 
@@ -71,13 +77,13 @@ impl Hats {
     }
 
     /// `integral of hat_k dp dq` over the slope plane.
-    #[inline]
+    #[inline(always)]
     pub fn integral(&self, [column, row]: [usize; 2]) -> f64 {
         self.across[column].mass * self.along[row].mass * self.core_area
     }
 
     /// Grid coordinates with density `hat_k` over the slope plane, for uniform `(a, b)` in `[0, 1)^2`.
-    #[inline]
+    #[inline(always)]
     pub fn place(&self, [column, row]: [usize; 2], a: f64, b: f64) -> [f64; 2] {
         [self.across[column].place(a), self.along[row].place(b)]
     }

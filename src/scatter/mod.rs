@@ -1,4 +1,4 @@
-//! Floor 4: how the facets scatter: detectors, tallies, the facet sum and the naive rays.
+//! Floor 4: how a surface scatters: facet sum, naive rays, phase integral; detectors, tallies, and the choice of method.
 
 pub mod accumulator;
 pub mod axis;
@@ -7,11 +7,13 @@ pub mod bounce;
 pub mod cells;
 pub mod choice;
 pub mod count;
+pub mod decision;
 pub mod detectors;
 pub mod facet_sum;
 pub mod facing;
 pub mod first_bounces;
 pub mod hats;
+pub mod kirchhoff;
 pub mod lanes;
 pub mod rays;
 pub mod rings;
@@ -24,9 +26,11 @@ pub mod warning;
 
 pub use accumulator::Accumulator;
 pub use cells::HalfVectorCells;
-pub use choice::{Decision, Method, Options, Scatter, Symmetry, scatter, scatter_run};
+pub use choice::{Method, Options, Scatter, Symmetry, scatter, scatter_run};
 pub use count::{Counting, Counts, count};
+pub use decision::Decision;
 pub use detectors::{Detectors, Partition};
+pub use kirchhoff::Wave;
 pub use run::{Run, Sums};
 pub use selection::{Footprint, Part, Selection};
 pub use tally::Tally;

@@ -91,12 +91,12 @@ impl Rings {
     }
 
     /// Density per unit slope area and cell of facets counted by ring; `total` counts those elsewhere as well.
-    pub fn spread(&self, cells: &HalfVectorCells, counts: &[u64], total: f64) -> Vec<f64> {
+    pub fn spread(&self, cells: &HalfVectorCells, counts: &[f64], total: f64) -> Vec<f64> {
         // A ring without a point, if there is one, lends its facets to the next ring inside.
         let mut per_area = vec![0.0; self.rings];
         let mut waiting = 0.0;
         for ring in (0..self.rings).rev() {
-            waiting += counts[ring] as f64;
+            waiting += counts[ring];
             if self.area[ring] > 0.0 {
                 per_area[ring] = waiting / (self.area[ring] * total * (SIDE * SIDE) as f64);
                 waiting = 0.0;
@@ -133,11 +133,11 @@ mod tests {
         let cells = HalfVectorCells::new([0.0; 2], [s; 2], 0.0, 0.01);
         let rings = Rings::new(&cells);
         let mut rng = CounterRng::new(5, 0, 0);
-        let mut counts = vec![0u64; rings.len()];
+        let mut counts = vec![0.0; rings.len()];
         let n = 1_000_000;
         for _ in 0..n {
             let [p, q] = rng.normal_pair();
-            counts[rings.ring(s * p, s * q)] += 1;
+            counts[rings.ring(s * p, s * q)] += 1.0;
         }
         let density = rings.spread(&cells, &counts, f64::from(n));
         let sum: f64 = density.iter().enumerate().map(|(k, d)| d * cells.area(k)).sum();

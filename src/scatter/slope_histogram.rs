@@ -90,7 +90,10 @@ impl SlopeDensity {
         let density_of = |counts: &[u64]| {
             let facets = counts.iter().sum::<u64>() as f64;
             match &rings {
-                Some(rings) => rings.spread(cells, counts, facets),
+                Some(rings) => {
+                    let counts: Vec<f64> = counts[..n].iter().map(|&c| c as f64).collect();
+                    rings.spread(cells, &counts, facets)
+                }
                 None => (0..n).map(|k| counts[k] as f64 / (facets * cells.area(k))).collect(),
             }
         };

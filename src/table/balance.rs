@@ -1,116 +1,157 @@
 //! Energy between the nodes of a table.
 
 use super::Table;
-use super::build::interpolate;
-use super::eval::bracket;
-use crate::math::{direction, frame};
-use crate::scatter::facing::facing;
+use super::mesh::Mesh;
+use super::nodes::{Place, at_turn};
+use crate::math::direction;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Steps between two neighbouring nodes.
+/// Steps between two neighbouring nodes, in the share of the second.
 const STEPS: usize = 4;
-/// Angles behind the last node \[deg\], as far as they lie behind it.
-const BEYOND: [f64; 6] = [86.0, 88.0, 89.0, 89.5, 89.8, 89.95];
-/// Azimuths of an anisotropic table.
+/// Steps in cosine from the last node to the horizon.
+const BEYOND: usize = 16;
+/// Azimuths of an anisotropic table, evenly in turn.
 const AZIMUTHS: usize = 24;
 
 /// `b(wi) = (energy interpolated between the nodes) / (energy of the interpolated density)`, mirror facets.
 ///
 /// The weight of a facet is linear in tan(theta_i) only until it turns its back to the source, so densities that keep
-/// the energy at two nodes do not quite keep it between them, and not at all beyond the last one. `f_r` is
+/// the energy at two nodes do not quite keep it between them, and not at all beyond the last one. The glossy rest is
 /// multiplied by `b`, which is 1 at the nodes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Balance {
-    /// Tangents of the incident angles.
-    tangents: Vec<f64>,
     azimuths: usize,
-    /// `[theta][azimuth]`.
+    /// `[interval][step][azimuth]`, then `[step][azimuth]` beyond the last node.
     factor: Vec<f64>,
+    intervals: usize,
+    /// Steps in all.
+    steps: usize,
+    /// Cosine of the last node.
+    last_cos: f64,
+    last_tangent: f64,
     /// Energy a mirror surface would send out at each node.
     pub own: Vec<f64>,
+}
+
+/// Energy a mirror surface would send out at each node.
+pub(crate) fn mirror_energies(table: &Table) -> Vec<f64> {
+    own(table, &mesh(table))
+}
+
+fn mesh(table: &Table) -> Mesh {
+    let n = table.cells.len();
+    let filled: Vec<bool> = (0..n).map(|k| table.density.iter().skip(k).step_by(n).any(|&t| t != 0.0)).collect();
+    Mesh::new(&table.cells, &filled)
+}
+
+fn own(table: &Table, mesh: &Mesh) -> Vec<f64> {
+    let phis = table.phi_i.len();
+    (0..table.nodes.len())
+        .into_par_iter()
+        .map(|node| {
+            let values = mesh.values(&table.density[table.node_range(node)]);
+            let wi = direction(table.theta_i[node / phis], table.phi_i[node % phis]);
+            mesh.mirror_energy(&values, &values, 0.0, wi)
+        })
+        .collect()
+}
+
+/// `integral of f_r cos_theta_r dw` at each of the directions, core and floor included: what the interpolated table reflects.
+pub(crate) fn albedos(table: &Table, directions: &[DVec3]) -> Vec<f64> {
+    let mesh = mesh(table);
+    directions
+        .iter()
+        .map(|&wi| {
+            let incident = table.incident(wi);
+            let mut density = vec![0.0; table.cells.len()];
+            let mut floor = 0.0;
+            for (node, weight) in table.finder.weights(&incident.place) {
+                if weight > 0.0 {
+                    density.iter_mut().zip(&table.density[table.node_range(node)]).for_each(|(d, t)| *d += weight * t);
+                    floor += weight * table.nodes[node].diffuse;
+                }
+            }
+            let rest = incident.balance * mesh.energy(&mesh.values(&density), wi, &table.material);
+            table.core(wi) + floor + rest
+        })
+        .collect()
 }
 
 impl Balance {
     /// Integrates the table over its cells at angles between and beyond its nodes.
     pub fn of(table: &Table) -> Balance {
-        Self::integrate(table, true)
-    }
-
-    /// The energies at the nodes alone, at a small part of the cost.
-    pub fn own_of(table: &Table) -> Vec<f64> {
-        Self::integrate(table, false).own
-    }
-
-    fn integrate(table: &Table, between_nodes: bool) -> Balance {
-        let mut theta_i = Vec::new();
-        for pair in table.theta_i.windows(2) {
-            theta_i.extend((0..STEPS).map(|k| pair[0] + (pair[1] - pair[0]) * k as f64 / STEPS as f64));
-        }
-        let last = table.theta_i[table.theta_i.len() - 1];
-        theta_i.push(last);
-        theta_i.extend(BEYOND.map(f64::to_radians).into_iter().filter(|&t| t > last));
+        let mesh = mesh(table);
+        let own = own(table, &mesh);
         let azimuths = if table.isotropic { 1 } else { AZIMUTHS };
-        // Most cells are empty at every node: their points add nothing and are left out.
-        let n = table.cells.len();
-        let filled: Vec<bool> = (0..n).map(|k| table.density.iter().skip(k).step_by(n).any(|&t| t != 0.0)).collect();
-        let points: Vec<_> = (0..n)
-            .flat_map(|k| table.cells.points(k))
-            .map(|point| (point, table.cells.stencil(point.p, point.q)))
-            .filter(|(_, stencil)| stencil.iter().any(|&(k, w)| w > 0.0 && filled[k]))
-            .collect();
-        // Energy a mirror surface would send out for `wi` if its density were that of the weighted nodes.
-        let energy = |wi: DVec3, nodes: &[(usize, f64)]| -> f64 {
-            points
-                .iter()
-                .map(|(point, stencil)| match facing(point.p, point.q, wi) {
-                    Some(f) if f.wo.z > 0.0 => {
-                        let t: f64 = nodes
-                            .iter()
-                            .filter(|n| n.1 > 0.0)
-                            .map(|&(n, w)| w * interpolate(&table.density[table.node_range(n)], stencil))
-                            .sum();
-                        t * point.area * f.weight
-                    }
-                    _ => 0.0,
-                })
-                .sum()
+        let intervals = table.theta_i.len() - 1;
+        let last = table.theta_i[intervals];
+        // `b` of one azimuth at all steps: of every interval, then beyond.
+        let along = |azimuth: usize| -> Vec<f64> {
+            let [x, y] = at_turn(azimuth as f64 * 4.0 / azimuths as f64);
+            let wi = |cos: f64, sin: f64| DVec3::new(sin * x, sin * y, cos);
+            let place = table.finder.place(wi(0.5f64.sqrt(), 0.5f64.sqrt()), 0.5f64.sqrt());
+            let phis = table.phi_i.len();
+            // Density and energy of a polar angle's nodes, interpolated to this azimuth.
+            let at = |theta: usize| -> (Vec<f64>, f64) {
+                let [a, b] = place.phi.map(|p| theta * phis + p);
+                let mix = |x: f64, y: f64| x + place.v * (y - x);
+                let mut density = table.density[table.node_range(a)].to_vec();
+                if place.v > 0.0 {
+                    density.iter_mut().zip(&table.density[table.node_range(b)]).for_each(|(x, y)| *x = mix(*x, *y));
+                }
+                (mesh.values(&density), mix(own[a], own[b]))
+            };
+            let ratio = |wanted: f64, held: f64| if held > 1e-9 * wanted { wanted / held } else { 0.0 };
+            let mut factors = Vec::with_capacity(intervals * STEPS + BEYOND + 1);
+            let (mut low, mut low_own) = at(0);
+            for t in 0..intervals {
+                let (high, high_own) = at(t + 1);
+                let tangents = [table.theta_i[t].tan(), table.theta_i[t + 1].tan()];
+                for step in 0..STEPS {
+                    let u = step as f64 / STEPS as f64;
+                    let tangent = tangents[0] + u * (tangents[1] - tangents[0]);
+                    let cos = 1.0 / (1.0 + tangent * tangent).sqrt();
+                    let held = mesh.mirror_energy(&low, &high, u, wi(cos, tangent * cos));
+                    factors.push(ratio(low_own + u * (high_own - low_own), held));
+                }
+                (low, low_own) = (high, high_own);
+            }
+            for step in (0..=BEYOND).rev() {
+                // At the very horizon a facet that faces the source has an infinite weight, and `b` is zero.
+                let cos = last.cos() * step as f64 / BEYOND as f64;
+                let held = || mesh.mirror_energy(&low, &low, 0.0, wi(cos, (1.0 - cos * cos).sqrt()));
+                factors.push(if step == 0 { 0.0 } else { ratio(low_own, held()) });
+            }
+            factors
         };
-        let phis = table.phi_i.len();
-        let own: Vec<f64> = (0..table.nodes.len())
-            .into_par_iter()
-            .map(|n| energy(direction(table.theta_i[n / phis], table.phi_i[n % phis]), &[(n, 1.0)]))
-            .collect();
-        let directions = if between_nodes { theta_i.len() * azimuths } else { 0 };
-        let factor = (0..directions)
-            .into_par_iter()
-            .map(|k| {
-                let phi = (k % azimuths) as f64 / azimuths as f64 * std::f64::consts::TAU;
-                let wi = direction(theta_i[k / azimuths], phi);
-                let nodes = table.node_weights(wi);
-                let wanted: f64 = nodes.iter().map(|&(n, w)| w * own[n]).sum();
-                let held = energy(wi, &nodes);
-                // A tilted surface seen from behind shows nothing.
-                if held > 1e-9 * wanted { wanted / held } else { 0.0 }
-            })
-            .collect();
-        Balance { tangents: theta_i.iter().map(|t| t.tan()).collect(), azimuths, factor, own }
+        let columns: Vec<Vec<f64>> = (0..azimuths).into_par_iter().map(along).collect();
+        let steps = columns[0].len() - 1;
+        let factor = (0..columns[0].len()).flat_map(|k| columns.iter().map(move |c| c[k])).collect();
+        Balance { azimuths, factor, intervals, steps, last_cos: last.cos(), last_tangent: last.tan(), own }
     }
 
     /// `b(wi)`, interpolated.
-    #[inline]
-    pub fn at(&self, wi: DVec3) -> f64 {
-        let (t0, t1, u) = bracket(&self.tangents, (wi.x * wi.x + wi.y * wi.y).sqrt() / wi.z);
-        if self.azimuths == 1 {
-            return self.factor[t0] + u * (self.factor[t1] - self.factor[t0]);
-        }
-        let x = frame::phi(wi) / std::f64::consts::TAU * self.azimuths as f64;
-        let (k, v) = (x as usize % self.azimuths, x.fract());
-        let next = (k + 1) % self.azimuths;
-        let row = |t: usize| {
-            let row = &self.factor[t * self.azimuths..];
-            row[k] + v * (row[next] - row[k])
+    #[inline(always)]
+    pub fn at(&self, place: &Place, cos_theta_i: f64) -> f64 {
+        // Steps run on from interval to interval and over the last node towards the horizon.
+        let x = if place.tangent > self.last_tangent || self.intervals == 0 {
+            let beyond = 1.0 - cos_theta_i / self.last_cos;
+            (self.intervals * STEPS) as f64 + beyond.clamp(0.0, 1.0) * BEYOND as f64
+        } else {
+            (place.theta as f64 + place.u) * STEPS as f64
         };
-        row(t0) + u * (row(t1) - row(t0))
+        let step = (x as i32 as usize).min(self.steps - 1);
+        let u = x - step as f64;
+        let rows = &self.factor[step * self.azimuths..(step + 2) * self.azimuths];
+        if self.azimuths == 1 {
+            return rows[0] + u * (rows[1] - rows[0]);
+        }
+        let y = place.turn * (self.azimuths as f64 / 4.0);
+        let k = (y as i32 as usize).min(self.azimuths - 1);
+        let (v, next) = (y - k as f64, (k + 1) % self.azimuths);
+        let low = rows[k] + v * (rows[next] - rows[k]);
+        let high = rows[self.azimuths + k] + v * (rows[self.azimuths + next] - rows[self.azimuths + k]);
+        low + u * (high - low)
     }
 }

@@ -1,58 +1,84 @@
 //! From tallies to a table that keeps the energy of every node.
 
 use super::balance::Balance;
+use super::floor::diffuse_albedo;
+use super::mesh::Mesh;
+use super::nodes::Nodes;
 use super::{Node, Provenance, Table};
 use crate::math::direction;
 use crate::optics::Material;
-use crate::scatter::cells::{HalfVectorCells, POINTS, Stencil};
-use crate::scatter::facing::{cell_weight, facing};
+use crate::scatter::cells::HalfVectorCells;
+use crate::scatter::detectors::Detectors;
+use crate::scatter::facing::cell_weight;
 use crate::scatter::{Method, Scatter, Tally};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// A cell of which less than this share has its mirror direction above the horizon says too little about its density.
 const SEEN_ENOUGH: f64 = 0.05;
 
 impl Table {
-    /// `T_k = E_k / integral over cell k of R(beta) cb / (ch ci) dp dq`, then made consistent with interpolation:
-    /// the mean of the interpolated `T` over each cell equals `T_k` to second order, and the energy of each
-    /// incident direction is kept exactly.
+    /// Splits every tally into specular core, diffuse floor and glossy rest, and tabulates the rest:
+    /// `T_k = (E_k - F W_k / pi) / integral over cell k of R(beta) cb / (ch ci) dp dq`, `F` the albedo of the floor and `W_k` the
+    /// projected solid angle of the cell; then made consistent with interpolation: the mean of the interpolated `T` over
+    /// each cell equals `T_k` to second order, and core + floor + rest is exactly the escaped energy of each incident direction.
     pub fn from_scatter(scatter: &Scatter, provenance: Provenance) -> Table {
         let cells = &scatter.cells;
         let n = cells.len();
-        let stencils: Vec<[Stencil; POINTS]> =
-            (0..n).map(|k| cells.points(k).map(|point| cells.stencil(point.p, point.q))).collect();
         let mut table = Table {
             cells: cells.clone(),
             isotropic: scatter.isotropic,
             material: scatter.material,
             theta_i: scatter.theta_i.clone(),
-            tangents: scatter.theta_i.iter().map(|t| t.tan()).collect(),
+            finder: Nodes::new(&scatter.theta_i, &scatter.phi_i),
             phi_i: scatter.phi_i.clone(),
             density: Vec::new(),
             relative_error: Vec::new(),
-            subarea_ratio: subarea_ratios(scatter),
+            subarea_ratio: ratios(&scatter.density.subareas, &scatter.density.density),
+            speckle_ratio: scatter.wave.as_ref().map_or_else(Vec::new, |w| ratios(&w.replicates, &mean(&w.replicates))),
             nodes: Vec::new(),
             balance: Balance::default(),
             provenance,
         };
-        let by_subarea = relative_scatter(&table.subarea_ratio, n);
+        let scatter_of = [&table.subarea_ratio, &table.speckle_ratio].map(|ratio| relative_scatter(ratio, n));
         let phis = scatter.phi_i.len();
+        let facets: Vec<f64> =
+            (0..n).map(|k| scatter.density.density[k] * cells.area(k) * scatter.statistics.facets as f64).collect();
+        let mut raw: Vec<Vec<f64>> = Vec::with_capacity(scatter.theta_i.len() * phis);
         for (t, row) in scatter.tallies.iter().enumerate() {
+            let wave = scatter.decisions.get(t).is_some_and(|d| d.wave);
+            let by_subarea = &scatter_of[usize::from(wave)];
             for (p, tally) in row.iter().enumerate() {
                 let wi = direction(scatter.theta_i[t], scatter.phi_i[p]);
-                let node_below = t.checked_sub(1).map(|below| table.node_range(below * phis + p));
-                let below = node_below.map(|range| table.density[range].to_vec());
-                let mut density = cell_densities(scatter, tally, wi, below.as_deref());
+                let mut node = node_of(tally, &scatter.material, wi);
+                let projected: Vec<f64> = (0..n).map(|k| cells.projected_solid_angle(k, wi)).collect();
+                // A wave's halo is speckle: no cell of it is low for want of hits.
+                node.diffuse = if wave { 0.0 } else { diffuse_albedo(cells, tally, &facets, &projected, wi) };
+                let below = t.checked_sub(1).map(|below| raw[below * phis + p].as_slice());
+                let mut density = cell_densities(scatter, tally, wi, node.diffuse, &projected, below);
                 if scatter.isotropic {
                     density = (0..n).map(|k| 0.5 * (density[k] + density[cells.mirrored(k)])).collect();
                 }
-                keep_cell_means(cells, &mut density, &stencils);
-                keep_energy(cells, &mut density, &stencils, tally, wi, &scatter.material);
                 table.relative_error.extend((0..n).map(|k| relative_error(scatter, tally, k, by_subarea[k])));
-                table.density.extend(density);
-                table.nodes.push(node_of(tally, &scatter.material, wi));
+                table.nodes.push(Node {
+                    wave: f64::from(u8::from(wave)),
+                    core_error: scatter.core_error.get(t).copied().unwrap_or(0.0),
+                    ..node
+                });
+                raw.push(density);
             }
         }
+        raw.par_iter_mut().for_each(|density| keep_cell_means(cells, density));
+        let filled: Vec<bool> = (0..n).map(|k| raw.iter().any(|density| density[k] > 0.0)).collect();
+        let mesh = Mesh::new(cells, &filled);
+        raw.par_iter_mut().enumerate().for_each(|(node, density)| {
+            let wi = direction(table.theta_i[node / phis], table.phi_i[node % phis]);
+            let held = mesh.energy(&mesh.values(density), wi, &scatter.material);
+            let wanted = table.nodes[node].rest(&scatter.material, wi.z);
+            let scale = if held > 0.0 { wanted / held } else { 0.0 };
+            density.iter_mut().for_each(|t| *t *= scale);
+        });
+        table.density = raw.concat();
         let spread: Vec<f64> = table.subarea_albedo_spread();
         for (node, spread) in table.nodes.iter_mut().zip(spread) {
             node.albedo_error = node.albedo_error.hypot(spread);
@@ -71,7 +97,7 @@ impl Table {
                 let weights: Vec<(f64, f64)> =
                     (0..base.len()).map(|k| cell_weight(&self.cells, k, wi, &self.material)).collect();
                 let albedos: Vec<f64> = self
-                    .subarea_ratio
+                    .ratios_of(node)
                     .iter()
                     .map(|ratio| {
                         let (mut reflected, mut lit) = (0.0, 0.0);
@@ -91,96 +117,65 @@ impl Table {
 /// Cells with fewer facets keep their own count: a ratio of small numbers would add noise.
 const ENOUGH_FACETS: u64 = 8;
 
-/// Density per cell; where the cell is (nearly) below the horizon the node of the next smaller angle stands in,
-/// so that a lobe interpolated between the two does not fade.
+/// Density of the glossy rest per cell; where the cell is (nearly) below the horizon the node of the next smaller angle
+/// stands in, so that a lobe interpolated between the two does not fade.
 ///
 /// A facet sum knows which facets it asked: multiplying by (density of all facets) / (density of those asked) leaves it
 /// only the visible share to estimate.
-fn cell_densities(scatter: &Scatter, tally: &Tally, wi: DVec3, below: Option<&[f64]>) -> Vec<f64> {
+fn cell_densities(
+    scatter: &Scatter,
+    tally: &Tally,
+    wi: DVec3,
+    diffuse: f64,
+    projected: &[f64],
+    below: Option<&[f64]>,
+) -> Vec<f64> {
     let cells = &scatter.cells;
     let asked: u64 = tally.asked.iter().sum();
+    let hemisphere: f64 = projected.iter().sum();
     (0..cells.len())
         .map(|k| {
             let (reflected, _) = cell_weight(cells, k, wi, &scatter.material);
             let (seen, _) = cell_weight(cells, k, wi, &Material::Mirror);
+            if cells.is_border(k) {
+                return 0.0;
+            }
             if seen < SEEN_ENOUGH * cells.area(k) || reflected <= 0.0 {
                 return below.map_or(0.0, |b| b[k]);
             }
-            let own = share(tally, k) / reflected;
-            match tally.asked.get(k) {
-                Some(&n) if n >= ENOUGH_FACETS => {
-                    let asked_density = n as f64 / (asked as f64 * cells.area(k));
-                    own * scatter.density.density[k] * (1.0 - scatter.density.core).recip() / asked_density
-                }
-                _ => own,
+            let mut energy = share(tally, k);
+            if let Some(&n) = tally.asked.get(k)
+                && n >= ENOUGH_FACETS
+            {
+                let asked_density = n as f64 / (asked as f64 * cells.area(k));
+                energy *= scatter.density.density[k] * (1.0 - scatter.density.core).recip() / asked_density;
             }
+            (energy - diffuse * projected[k] / hemisphere).max(0.0) / reflected
         })
         .collect()
 }
 
 /// One step of the iteration `T <- T + (T_k - mean of interpolated T over cell k)`: linear interpolation of cell means
-/// widens a lobe by a quarter of the squared cell width, this takes the widening back.
-fn keep_cell_means(cells: &HalfVectorCells, density: &mut [f64], stencils: &[[Stencil; POINTS]]) {
-    let means: Vec<f64> = stencils
-        .iter()
-        .enumerate()
-        .map(|(k, stencils)| {
-            let points = cells.points(k);
-            let held: f64 = points.iter().zip(stencils).map(|(p, s)| p.area * interpolate(density, s)).sum();
-            held / cells.area(k)
-        })
-        .collect();
-    for (t, mean) in density.iter_mut().zip(means) {
-        *t = (2.0 * *t - mean).max(0.0);
+/// widens a lobe by a quarter of the squared cell width, this takes the widening back. Over half a cell the straight line to
+/// the neighbour's value has the mean 3/4 and 1/4, so the mean over the cell weighs 1/8, 3/4, 1/8 along each axis.
+fn keep_cell_means(cells: &HalfVectorCells, density: &mut [f64]) {
+    let row = cells.row_length();
+    let inside = |k: usize| !cells.is_border(k);
+    let mean = |values: &[f64], k: usize, step: usize| 0.75 * values[k] + 0.125 * (values[k - step] + values[k + step]);
+    let mut across = vec![0.0; density.len()];
+    for k in 1..density.len() - 1 {
+        across[k] = mean(density, k, 1);
     }
-}
-
-/// Scales `T` so that the interpolated table reflects exactly the escaped energy of the tally.
-fn keep_energy(
-    cells: &HalfVectorCells,
-    density: &mut [f64],
-    stencils: &[[Stencil; POINTS]],
-    tally: &Tally,
-    wi: DVec3,
-    material: &Material,
-) {
-    let wanted: f64 = (0..cells.len()).map(|k| share(tally, k)).sum();
-    let held: f64 = (0..cells.len()).map(|k| cell_energy(cells, density, &stencils[k], k, wi, material)).sum();
-    if held > 0.0 {
-        density.iter_mut().for_each(|t| *t *= wanted / held);
+    for k in row..density.len() - row {
+        if inside(k) {
+            density[k] = (2.0 * density[k] - mean(&across, k, row)).max(0.0);
+        }
     }
 }
 
 /// Share of the incident energy that a cell received.
 fn share(tally: &Tally, cell: usize) -> f64 {
     if tally.incident > 0.0 { tally.energy[cell] / tally.incident } else { 0.0 }
-}
-
-/// `integral over the cell of R(beta) T cb / (ch ci) dp dq` above the horizon, by the points of [`HalfVectorCells::points`].
-fn cell_energy(
-    cells: &HalfVectorCells,
-    density: &[f64],
-    stencils: &[Stencil; POINTS],
-    cell: usize,
-    wi: DVec3,
-    material: &Material,
-) -> f64 {
-    let mut energy = 0.0;
-    for (point, stencil) in cells.points(cell).iter().zip(stencils) {
-        let t = interpolate(density, stencil);
-        if t > 0.0
-            && let Some(f) = facing(point.p, point.q, wi)
-            && f.wo.z > 0.0
-        {
-            energy += point.area * t * f.weight * material.reflectance(f.cos_beta);
-        }
-    }
-    energy
-}
-
-#[inline]
-pub(super) fn interpolate(density: &[f64], stencil: &Stencil) -> f64 {
-    stencil.iter().map(|&(k, w)| density[k] * w).sum()
 }
 
 /// Relative standard error of a cell: map-to-map scatter, the counting error of rays, and for a facet sum that of the
@@ -200,15 +195,17 @@ fn relative_error(scatter: &Scatter, tally: &Tally, cell: usize, by_subarea: Opt
     }
 }
 
-/// Density of each sub-area over that of the map; 1 where the map has no facet.
-fn subarea_ratios(scatter: &Scatter) -> Vec<Vec<f64>> {
-    let whole = &scatter.density.density;
-    scatter
-        .density
-        .subareas
-        .iter()
-        .map(|sub| sub.iter().zip(whole).map(|(s, w)| if *w > 0.0 { s / w } else { 1.0 }).collect())
-        .collect()
+/// Density of each part over that of the whole; 1 where the whole has none.
+fn ratios(parts: &[Vec<f64>], whole: &[f64]) -> Vec<Vec<f64>> {
+    parts.iter().map(|part| part.iter().zip(whole).map(|(s, w)| if *w > 0.0 { s / w } else { 1.0 }).collect()).collect()
+}
+
+fn mean(parts: &[Vec<f64>]) -> Vec<f64> {
+    let mut mean = vec![0.0; parts.first().map_or(0, Vec::len)];
+    for part in parts {
+        mean.iter_mut().zip(part).for_each(|(m, p)| *m += p / parts.len() as f64);
+    }
+    mean
 }
 
 /// Standard error of the mean over sub-areas, relative; `None` where the map has no single-bounce facet.
@@ -239,7 +236,9 @@ fn node_of(tally: &Tally, material: &Material, wi: DVec3) -> Node {
         },
         absorbed: book.absorbed,
         lost: book.lost,
+        diffuse: 0.0,
         multiple: tally.multiple / incident,
         shadowed: tally.shadowed,
+        ..Node::default()
     }
 }

@@ -1,23 +1,20 @@
-//! Evaluation between the nodes.
+//! Evaluation between the nodes: the honest f64 way that the sampler's fast one is measured by.
 
 use super::Table;
-use super::build::interpolate;
-use crate::math::{Estimate, frame, half_vector, slope_of_half_vector};
+use super::nodes::{NodeWeights, Place};
+use crate::math::{Estimate, direction};
 use crate::scatter::cells::Stencil;
 use glam::DVec3;
-use std::f64::consts::TAU;
-
-/// Nodes that surround an incident direction and their weights, which sum to 1.
-pub type NodeWeights = [(usize, f64); 4];
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Cosines below this count as the horizon.
-const HORIZON: f64 = 1e-9;
+pub(crate) const HORIZON: f64 = 1e-9;
 
 /// What is the same for every `wo` of one `wi`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Incident {
     pub wi: DVec3,
-    pub nodes: NodeWeights,
+    pub place: Place,
     /// Cosine and sine of the turn into the frame of the cells.
     turn: [f64; 2],
     pub balance: f64,
@@ -26,10 +23,7 @@ pub(crate) struct Incident {
 impl Table {
     /// `f_r(wi, wo)` [1/sr] without the specular core; 0 at or below the horizon.
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
-        if !(wi.z > HORIZON && wo.z > HORIZON) {
-            return 0.0;
-        }
-        self.eval_from(&self.incident(wi), wo)
+        self.estimate(wi, wo).value
     }
 
     /// `f_r(wi, wo)` [1/sr] with its standard error: map-to-map scatter and ray noise, errors of neighbouring cells
@@ -39,17 +33,27 @@ impl Table {
             return Estimate::exact(0.0);
         }
         let incident = self.incident(wi);
-        let (jacobian, stencil) = self.locate(&incident, wo);
-        let (mut t, mut error) = (0.0, 0.0);
-        for (node, weight) in incident.nodes {
+        let sum = wi + wo;
+        let slope = incident.in_cells(-sum / sum.z);
+        let stencil: Stencil = self.cells.stencil(slope.x, slope.y);
+        let (mut t, mut error, mut floor, mut floor_error) = (0.0, 0.0, 0.0, 0.0);
+        for (node, weight) in self.finder.weights(&incident.place) {
             let range = self.node_range(node);
             let (density, relative) = (&self.density[range.clone()], &self.relative_error[range]);
             for (k, w) in stencil {
                 t += weight * w * density[k];
                 error += weight * w * density[k] * relative[k];
             }
+            let facts = &self.nodes[node];
+            floor += weight * facts.diffuse / PI;
+            // The floor scatters from map to map as the whole albedo does.
+            let relative = if facts.albedo > 0.0 { facts.albedo_error / facts.albedo } else { 0.0 };
+            floor_error += weight * facts.diffuse / PI * relative;
         }
-        Estimate { value: t * jacobian, standard_error: error * jacobian }
+        let cos_beta = sum.length() / 2.0;
+        let ch2 = (sum.z / sum.length()).powi(2);
+        let jacobian = incident.balance * self.material.reflectance(cos_beta) / (4.0 * wi.z * wo.z * ch2 * ch2);
+        Estimate { value: t * jacobian + floor, standard_error: (error * jacobian).hypot(floor_error) }
     }
 
     /// Reflectance of the specular core for `wi`.
@@ -61,69 +65,46 @@ impl Table {
         share * self.material.reflectance(wi.z)
     }
 
+    /// Relative standard error of the specular core, and whether the nodes that serve `wi` are those of the wave calculation.
+    pub fn wave_at(&self, wi: DVec3) -> (f64, bool) {
+        let (mut error, mut core, mut wave) = (0.0, 0.0, 0.0);
+        for (node, weight) in self.node_weights(wi) {
+            let node = &self.nodes[node];
+            error += weight * node.core_share * node.core_error;
+            core += weight * node.core_share;
+            wave += weight * node.wave;
+        }
+        (if core > 0.0 { error / core } else { 0.0 }, wave > 0.5)
+    }
+
     /// Albedo at the nodes nearest to `wi`, interpolated.
     pub fn albedo(&self, wi: DVec3) -> f64 {
-        self.node_weights(wi).iter().map(|&(node, w)| w * self.nodes[node].albedo).sum()
+        self.albedo_estimate(wi).value
+    }
+
+    /// The same with its standard error.
+    pub fn albedo_estimate(&self, wi: DVec3) -> Estimate {
+        let mut sum = Estimate::exact(0.0);
+        for (node, w) in self.node_weights(wi) {
+            sum.value += w * self.nodes[node].albedo;
+            sum.standard_error += w * self.nodes[node].albedo_error;
+        }
+        sum
     }
 
     /// Everything about `wi` that its many `wo` share; `wi` must be above the horizon.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn incident(&self, wi: DVec3) -> Incident {
         let r = (wi.x * wi.x + wi.y * wi.y).sqrt();
+        let place = self.finder.place(wi, r);
         let turn = if self.isotropic && r > 0.0 { [wi.x / r, wi.y / r] } else { [1.0, 0.0] };
-        Incident { wi, nodes: self.node_weights(wi), turn, balance: self.balance.at(wi) }
+        Incident { wi, place, turn, balance: self.balance.at(&place, wi.z) }
     }
 
-    /// `f_r` [1/sr] for `wo` above the horizon.
-    #[inline]
-    pub(crate) fn eval_from(&self, incident: &Incident, wo: DVec3) -> f64 {
-        let (jacobian, stencil) = self.locate(incident, wo);
-        jacobian * self.density_at(incident, &stencil)
-    }
-
-    /// `T` interpolated over the nodes.
-    #[inline]
-    pub(crate) fn density_at(&self, incident: &Incident, stencil: &Stencil) -> f64 {
-        let mut t = 0.0;
-        for (node, weight) in incident.nodes {
-            if weight > 0.0 {
-                t += weight * interpolate(&self.density[self.node_range(node)], stencil);
-            }
-        }
-        t
-    }
-
-    /// Up to four nodes around `wi`, linear in tan(theta_i) as the lit area is; beyond the first and last angle the
-    /// nearest node.
-    #[inline]
+    /// Up to four nodes around `wi` and their shares.
     pub(crate) fn node_weights(&self, wi: DVec3) -> NodeWeights {
-        let (t0, t1, u) = bracket(&self.tangents, (wi.x * wi.x + wi.y * wi.y).sqrt() / wi.z);
-        let phis = self.phi_i.len();
-        if phis == 1 {
-            return [(t0, 1.0 - u), (t1, u), (t0, 0.0), (t1, 0.0)];
-        }
-        let phi = frame::phi(wi);
-        let above = self.phi_i.partition_point(|&p| p <= phi);
-        let (p0, p1) = ((above + phis - 1) % phis, above % phis);
-        let gap = (self.phi_i[p1] - self.phi_i[p0]).rem_euclid(TAU);
-        let v = if gap > 0.0 { (phi - self.phi_i[p0]).rem_euclid(TAU) / gap } else { 0.0 };
-        [
-            (t0 * phis + p0, (1.0 - u) * (1.0 - v)),
-            (t1 * phis + p0, u * (1.0 - v)),
-            (t0 * phis + p1, (1.0 - u) * v),
-            (t1 * phis + p1, u * v),
-        ]
-    }
-
-    /// `b R(beta) / (4 ci co ch^4)` and the stencil of the half vector.
-    #[inline]
-    fn locate(&self, incident: &Incident, wo: DVec3) -> (f64, Stencil) {
-        let wi = incident.wi;
-        let wh = half_vector(wi, wo);
-        let ch2 = wh.z * wh.z;
-        let jacobian = incident.balance * self.material.reflectance(wh.dot(wi)) / (4.0 * wi.z * wo.z * ch2 * ch2);
-        let (p, q) = slope_of_half_vector(incident.in_cells(wh));
-        (jacobian, self.cells.stencil(p, q))
+        let wi = if wi.z > HORIZON { wi } else { direction(FRAC_PI_2 - 1e-6, 0.0) };
+        self.finder.weights(&self.finder.place(wi, (wi.x * wi.x + wi.y * wi.y).sqrt()))
     }
 }
 
@@ -140,18 +121,5 @@ impl Incident {
     pub fn out_of_cells(&self, v: DVec3) -> DVec3 {
         let [c, s] = self.turn;
         DVec3::new(c * v.x - s * v.y, c * v.y + s * v.x, v.z)
-    }
-}
-
-/// Neighbours of `x` in a rising list and the share of the upper one; clamped at both ends.
-#[inline]
-pub(super) fn bracket(list: &[f64], x: f64) -> (usize, usize, f64) {
-    let above = list.partition_point(|&v| v <= x);
-    if above == 0 {
-        (0, 0, 0.0)
-    } else if above == list.len() {
-        (above - 1, above - 1, 0.0)
-    } else {
-        (above - 1, above, (x - list[above - 1]) / (list[above] - list[above - 1]))
     }
 }

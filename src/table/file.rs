@@ -1,4 +1,10 @@
-//! The native file: a ZIP of NumPy arrays (`numpy.load` opens it), version 1.
+//! The native file: a ZIP of NumPy arrays (`numpy.load` opens it), version 2.
+//!
+//! Every member `NAME.npy` is stored by Deflate, dated 1980-01-01, and unpacks to the bytes `93 4E 55 4D 50 59 01 00` (NPY
+//! 1.0), the length of what follows up to the data as u16, the text `{'descr': '<f8', 'fortran_order': False, 'shape': (T, P,
+//! K), }` with the member's own type and shape, filled with spaces to a multiple of 64 bytes and ended by a line feed,
+//! then the values, little-endian, last index fastest. Index k of a cell in column i and row j of the grid is
+//! `j (2 half_1 + 1) + i`; its formula is that of [`HalfVectorCells`]. Version 1 had other cells and is refused.
 //!
 //! | member | type, shape | what |
 //! |---|---|---|
@@ -12,11 +18,15 @@
 //! | `density` | f64 \[T,P,K\] | T of [`Table`]'s formula at the cell centres, per unit slope area |
 //! | `density_relative_se` | f64 \[T,P,K\] | its standard error, relative |
 //! | `subarea_ratio` | f64 \[S,K\] | density of each sub-area over that of the map |
-//! | `specular_core_share` | f64 \[T,P\] | share of the lit area that is exactly flat |
+//! | `diffuse_albedo` | f64 \[T,P\] | albedo F of the diffuse floor, `f_r = F / pi` |
+//! | `speckle_ratio` | f64 \[U,K\] | the same for nodes of the wave calculation: parts of the speckle |
+//! | `specular_core_share` | f64 \[T,P\] | share of the light that stays a mirror beam (before Fresnel) |
+//! | `wave`, `specular_core_relative_se` | f64 \[T,P\] | 1 where the wave calculation served; error of its mirror beam |
 //! | `albedo`, `albedo_se`, `absorbed`, `lost`, `multiple_bounce`, `shadowed` | f64 \[T,P\] | energy book |
 //!
 //! All little-endian, C order. Same table, same bytes.
 
+use super::nodes::Nodes;
 use super::{Node, Provenance, Table, balance::Balance};
 use crate::archive::{self, Archive};
 use crate::error::{Error, Fault, Result};
@@ -28,8 +38,8 @@ use crate::scatter::axis::Axis;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Version written, and the newest that can be read.
-pub const FORMAT_VERSION: u32 = 1;
+/// Version written and read.
+pub const FORMAT_VERSION: u32 = 2;
 
 const NAME: &str = "asperity table";
 
@@ -47,7 +57,8 @@ struct Header {
 
 /// Accessors of [`Node`] in the order they are stored.
 type Field = (&'static str, fn(&mut Node) -> &mut f64);
-const NODE_FIELDS: [Field; 7] = [
+const NODE_FIELDS: [Field; 10] = [
+    ("diffuse_albedo", |n| &mut n.diffuse),
     ("specular_core_share", |n| &mut n.core_share),
     ("albedo", |n| &mut n.albedo),
     ("albedo_se", |n| &mut n.albedo_error),
@@ -55,6 +66,8 @@ const NODE_FIELDS: [Field; 7] = [
     ("lost", |n| &mut n.lost),
     ("multiple_bounce", |n| &mut n.multiple),
     ("shadowed", |n| &mut n.shadowed),
+    ("wave", |n| &mut n.wave),
+    ("specular_core_relative_se", |n| &mut n.core_error),
 ];
 
 impl Table {
@@ -96,6 +109,10 @@ impl Table {
                 "subarea_ratio",
                 npy::encode(&[self.subarea_ratio.len(), k], self.subarea_ratio.iter().flatten().copied()),
             ),
+            (
+                "speckle_ratio",
+                npy::encode(&[self.speckle_ratio.len(), k], self.speckle_ratio.iter().flatten().copied()),
+            ),
         ];
         for (name, field) in NODE_FIELDS {
             members.push((name, npy::encode(&[t, p], self.nodes.iter().map(|n| *field(&mut n.clone())))));
@@ -136,8 +153,15 @@ impl Table {
         if header.version > FORMAT_VERSION {
             return Err(Fault::Unsupported {
                 format: NAME,
-                what: format!("version {} (this program reads up to {FORMAT_VERSION})", header.version),
+                what: format!("version {} (this program reads version {FORMAT_VERSION})", header.version),
                 advice: "update asperity, or make the table again from its height map".to_owned(),
+            });
+        }
+        if header.version < FORMAT_VERSION {
+            return Err(Fault::Unsupported {
+                format: NAME,
+                what: format!("version {} (this program reads version {FORMAT_VERSION})", header.version),
+                advice: "make the table again from its height map".to_owned(),
             });
         }
         let angles = |archive: &mut Archive, name: &str, below: f64| {
@@ -157,10 +181,16 @@ impl Table {
         let density = member::<f64>(&mut archive, "density", Some(size))?;
         let relative_error = member::<f64>(&mut archive, "density_relative_se", Some(size))?;
         let ratios = member::<f64>(&mut archive, "subarea_ratio", None)?;
-        if ratios.len() % k != 0 {
-            return Err(corrupt("subarea_ratio has another number of cells than density".to_owned()));
+        let speckle = member::<f64>(&mut archive, "speckle_ratio", None)?;
+        for (name, list) in [("subarea_ratio", &ratios), ("speckle_ratio", &speckle)] {
+            if list.len() % k != 0 {
+                return Err(corrupt(format!("{name} has another number of cells than density")));
+            }
         }
-        if [&density, &relative_error, &ratios].iter().any(|v| v.iter().any(|x| !(*x >= 0.0 && x.is_finite()))) {
+        if [&density, &relative_error, &ratios, &speckle]
+            .iter()
+            .any(|v| v.iter().any(|x| !(*x >= 0.0 && x.is_finite())))
+        {
             return Err(corrupt("a density is negative or not finite".to_owned()));
         }
         let mut nodes = vec![Node::default(); n];
@@ -176,12 +206,13 @@ impl Table {
             cells,
             isotropic: header.isotropic,
             material: header.material,
-            tangents: theta_i.iter().map(|t| t.tan()).collect(),
+            finder: Nodes::new(&theta_i, &phi_i),
             theta_i,
             phi_i,
             density,
             relative_error,
             subarea_ratio: ratios.chunks(k).map(<[f64]>::to_vec).collect(),
+            speckle_ratio: speckle.chunks(k).map(<[f64]>::to_vec).collect(),
             nodes,
             balance: Balance::default(),
             provenance: header.provenance,

@@ -4,10 +4,16 @@ mod balance;
 mod build;
 mod eval;
 mod file;
+mod floor;
+mod mesh;
+mod nodes;
+mod thin;
 
+pub(crate) use balance::albedos;
 pub(crate) use eval::Incident;
-pub use eval::NodeWeights;
 pub use file::FORMAT_VERSION;
+pub use nodes::NodeWeights;
+pub(crate) use nodes::{Nodes, Place};
 
 use crate::optics::Material;
 use crate::scatter::{HalfVectorCells, Method};
@@ -35,11 +41,11 @@ pub struct Provenance {
     pub program: String,
 }
 
-/// `f_r(wi, wo) = R(beta) T(theta_i, phi_i; slope) / (4 cos_theta_i cos_theta_r cos^4 theta_h) + specular core`.
+/// `f_r(wi, wo) = specular core + F(wi) / pi + b R(beta) T(theta_i, phi_i; slope) / (4 cos_theta_i cos_theta_r cos^4 theta_h)`.
 ///
-/// `T` is the density of lit, unhidden facets per unit slope area, tabulated over half-vector cells for each
-/// incident direction and interpolated linearly in ring, sector, theta_i and phi_i; `R` is the Fresnel
-/// reflectance, never tabulated. The half vector fixes the facet (Torrance and Sparrow 1967), so lobes move with
+/// `F` is the albedo of the diffuse floor. `T` is the density of lit, unhidden facets per unit slope area, tabulated over
+/// half-vector cells for each incident direction and interpolated linearly in both axes, tan(theta_i) and the turn of
+/// phi_i; `R` is the Fresnel reflectance, never tabulated; `b` is 1 at the nodes and keeps the energy between them. The half vector fixes the facet (Torrance and Sparrow 1967), so lobes move with
 /// `wi` instead of fading from node to node. Outside the nodes the nearest one serves.
 ///
 /// An isotropic table lies in the frame of the source (`phi_i = 0`), an anisotropic one in that of the map.
@@ -50,16 +56,18 @@ pub struct Table {
     pub(crate) material: Material,
     /// Incident polar angles \[rad\], rising.
     pub(crate) theta_i: Vec<f64>,
-    /// Their tangents.
-    pub(crate) tangents: Vec<f64>,
     /// Source azimuths \[rad\], rising; one if isotropic or if nothing is hidden.
     pub(crate) phi_i: Vec<f64>,
+    /// Both, prepared for finding.
+    pub(crate) finder: Nodes,
     /// `T` at the cell centres, `[theta][phi][cell]`.
     pub(crate) density: Vec<f64>,
     /// Standard error of `T` relative to it, same shape.
     pub(crate) relative_error: Vec<f64>,
     /// `T` of each sub-area of the map relative to the whole, `[sub-area][cell]`.
     pub(crate) subarea_ratio: Vec<Vec<f64>>,
+    /// The same for nodes of the wave calculation: `T` of independent parts of the speckle; empty if there is no such node.
+    pub(crate) speckle_ratio: Vec<Vec<f64>>,
     /// Facts per node, `[theta][phi]`.
     pub(crate) nodes: Vec<Node>,
     /// Energy between the nodes, derived from `density`; not stored in the file.
@@ -72,7 +80,9 @@ pub struct Table {
 pub struct Node {
     /// Share of the lit area that is the specular core (before Fresnel).
     pub core_share: f64,
-    /// Escaped share of the incident energy, core included: the albedo.
+    /// Albedo of the diffuse floor.
+    pub diffuse: f64,
+    /// Escaped share of the incident energy, core and floor included: the albedo.
     pub albedo: f64,
     /// Standard error of the albedo.
     pub albedo_error: f64,
@@ -82,6 +92,17 @@ pub struct Node {
     pub multiple: f64,
     /// Facet area hidden from the source, relative to the lit area.
     pub shadowed: f64,
+    /// 1 if the wave calculation served, 0 if rays did.
+    pub wave: f64,
+    /// Standard error of the core relative to it: map-to-map scatter of the mirror beam; 0 for rays.
+    pub core_error: f64,
+}
+
+impl Node {
+    /// Escaped energy that is neither core nor floor.
+    pub(crate) fn rest(&self, material: &Material, cos_theta_i: f64) -> f64 {
+        (self.albedo - self.core_share * material.reflectance(cos_theta_i) - self.diffuse).max(0.0)
+    }
 }
 
 impl Table {
@@ -125,14 +146,17 @@ impl Table {
     /// # Panics
     /// If `k` is not below [`Table::subareas`].
     pub fn of_subarea(&self, k: usize) -> Table {
-        let ratio = &self.subarea_ratio[k];
         let n = self.cells.len();
         let mut table = self.clone();
         table.subarea_ratio.clear();
-        table.density.chunks_mut(n).for_each(|t| t.iter_mut().zip(ratio).for_each(|(t, r)| *t *= r));
-        let subarea = balance::Balance::own_of(&table);
+        table.speckle_ratio.clear();
+        for (node, t) in table.density.chunks_mut(n).enumerate() {
+            let ratios = self.ratios_of(node);
+            t.iter_mut().zip(&ratios[k % ratios.len()]).for_each(|(t, r)| *t *= r);
+        }
         // A sub-area has other slopes, not another amount of light.
-        for (node, (own, whole)) in subarea.into_iter().zip(&self.balance.own).enumerate() {
+        let own = balance::mirror_energies(&table);
+        for (node, (own, whole)) in own.into_iter().zip(&self.balance.own).enumerate() {
             if own > 0.0 {
                 let range = table.node_range(node);
                 table.density[range].iter_mut().for_each(|t| *t *= whole / own);
@@ -140,6 +164,15 @@ impl Table {
         }
         table.balance = balance::Balance::of(&table);
         table
+    }
+
+    /// What carries the map-to-map error of a node.
+    pub(crate) fn ratios_of(&self, node: usize) -> &[Vec<f64>] {
+        if self.nodes[node].wave > 0.5 && !self.speckle_ratio.is_empty() {
+            &self.speckle_ratio
+        } else {
+            &self.subarea_ratio
+        }
     }
 
     /// Range of a node's cells in `density` and `relative_error`.

@@ -61,8 +61,15 @@ fn describe(prediction: &Prediction) -> Answer {
             multiple[t],
             lost[t],
             d.predicted_blocked,
-            if d.visibility { "traced" } else { "Smith" },
+            match (d.wave, d.visibility) {
+                (true, _) => "waves, Smith",
+                (false, true) => "traced",
+                (false, false) => "Smith",
+            },
         );
+    }
+    for (degrees, d) in degrees.iter().zip(&prediction.decisions) {
+        let _ = writeln!(text, "{degrees:>6.1}   {d}");
     }
     let _ = writeln!(text, "{} cells per direction", table.cells().len());
     let json = json!({
@@ -73,6 +80,8 @@ fn describe(prediction: &Prediction) -> Answer {
         "bounce_fractions": prediction.bounce_fractions,
         "shadowed_fraction": mean(|n| n.shadowed),
         "predicted_blocked_fraction": prediction.decisions.iter().map(|d| d.predicted_blocked).collect::<Vec<_>>(),
+        "waves": prediction.decisions.iter().map(|d| d.wave).collect::<Vec<_>>(),
+        "reasons": prediction.decisions.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "visibility": prediction.decisions.iter().map(|d| d.visibility).collect::<Vec<_>>(),
         "warnings": prediction.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
     });

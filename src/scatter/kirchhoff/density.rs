@@ -1,0 +1,148 @@
+//! The lobe of a wave over the half-vector cells, and what it sends where.
+
+use super::Wave;
+use crate::facets::distribution::Hiding;
+use crate::math::{half_vector, slope_of_half_vector};
+use crate::optics::Material;
+use crate::scatter::cells::HalfVectorCells;
+use crate::scatter::facing::{Facing, facing};
+use crate::scatter::tally::Tally;
+use glam::DVec3;
+
+/// `T(slope; v_z)` of the module's formula, without the mirror beam, at equal steps of `ln v_z`.
+///
+/// Stored as shape (integral 1) times incoherent share; both vary slowly, so a cubic through four slices joins them.
+#[derive(Debug, Clone)]
+pub struct WaveDensity {
+    wave: Wave,
+    first: f64,
+    step: f64,
+    shapes: Vec<Vec<f64>>,
+    /// `(1 - |m|^2) / v_z^2`: level for smooth surfaces, a power for rough ones.
+    incoherent: Vec<f64>,
+    /// Shapes of independent parts of the speckle at the middle slice: their scatter is the standard error.
+    pub replicates: Vec<Vec<f64>>,
+}
+
+impl WaveDensity {
+    pub(super) fn new(wave: Wave, first: f64, step: f64) -> Self {
+        WaveDensity { wave, first, step, shapes: Vec::new(), incoherent: Vec::new(), replicates: Vec::new() }
+    }
+
+    pub(super) fn push(&mut self, shape: Vec<f64>, incoherent: f64) {
+        let v_z = (self.first + self.shapes.len() as f64 * self.step).exp();
+        self.shapes.push(shape);
+        self.incoherent.push(incoherent / (v_z * v_z));
+    }
+
+    /// Number of slices in `v_z`.
+    pub fn slices(&self) -> usize {
+        self.shapes.len()
+    }
+
+    /// First of four slices and their weights (cubic of Lagrange).
+    fn weights(&self, v_z: f64) -> (usize, [f64; 4]) {
+        let x = ((v_z.ln() - self.first) / self.step).clamp(0.0, (self.shapes.len() - 1) as f64);
+        let i = (x as usize).clamp(1, self.shapes.len() - 3);
+        let t = x - i as f64;
+        let w = [
+            -t * (t - 1.0) * (t - 2.0) / 6.0,
+            (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+            -(t + 1.0) * t * (t - 2.0) / 2.0,
+            (t + 1.0) * t * (t - 1.0) / 6.0,
+        ];
+        (i - 1, w)
+    }
+
+    /// `T` of a cell at `v_z` [1/m].
+    pub fn at(&self, cell: usize, v_z: f64) -> f64 {
+        self.joined(&[(cell, 1.0)], v_z)
+    }
+
+    /// `T` joined over cells.
+    fn joined(&self, cells: &[(usize, f64)], v_z: f64) -> f64 {
+        let (first, w) = self.weights(v_z);
+        let shape: f64 = (0..4)
+            .map(|k| w[k] * cells.iter().map(|&(cell, share)| share * self.shapes[first + k][cell]).sum::<f64>())
+            .sum();
+        if shape <= 0.0 {
+            return 0.0;
+        }
+        let incoherent: f64 = (0..4).map(|k| w[k] * self.incoherent[first + k]).sum();
+        shape * (incoherent * v_z * v_z).clamp(0.0, 1.0)
+    }
+
+    /// `E_k = integral over the cell of G R(beta) T cb / (ch ci) dp dq`, mirror beam `G R(theta_i) mirror` apart.
+    ///
+    /// `G` is Smith's masking-shadowing of the measured slopes, for both: the phase integral lights every point of the map.
+    /// What `G` hides, and what the formula sends below the horizon, would meet the surface again: it is `lost`. Scalar
+    /// Kirchhoff does not conserve energy: near grazing a lobe wider than its angle to the surface gets up to twice the
+    /// incoherent light there is. More than the mirror beam has left is scaled down to it.
+    pub fn tally(
+        &self,
+        cells: &HalfVectorCells,
+        wi: DVec3,
+        mirror: f64,
+        material: &Material,
+        hiding: &Hiding,
+    ) -> Tally {
+        let mut tally = Tally::new(cells.len());
+        let k = self.wave.wave_number();
+        let source = self.source_points(wi);
+        let mut escaping = 0.0;
+        for cell in 0..cells.len() {
+            if source.len() == 1 && self.shapes.iter().all(|s| s[cell] == 0.0) {
+                continue;
+            }
+            for point in cells.points(cell) {
+                let Some(f) = facing(point.p, point.q, wi).filter(|f| f.wo.z > 0.0) else { continue };
+                let t = if source.len() == 1 {
+                    self.at(cell, k * (wi.z + f.wo.z))
+                } else {
+                    source.iter().map(|&(from, share)| share * self.seen_from(cells, from, &f)).sum()
+                };
+                let seen = t * point.area * f.weight * hiding.visible(wi.z, f.wo.z);
+                let reflected = seen * material.reflectance(f.cos_beta);
+                escaping += seen;
+                tally.energy[cell] += reflected;
+                tally.absorbed += seen - reflected;
+            }
+        }
+        let beam = mirror * hiding.visible(wi.z, wi.z);
+        let reflectance = material.reflectance(wi.z);
+        let excess = (escaping / (1.0 - beam).max(f64::MIN_POSITIVE)).max(1.0);
+        tally.energy.iter_mut().for_each(|e| *e /= excess);
+        tally.core = beam * reflectance;
+        tally.absorbed = tally.absorbed / excess + beam * (1.0 - reflectance);
+        tally.incident = 1.0;
+        tally.lost = (1.0 - beam - escaping / excess).max(0.0);
+        tally.bounces[0] = tally.energy.iter().sum::<f64>() + tally.core;
+        tally.shadowed = hiding.lambda(wi.z);
+        tally
+    }
+
+    /// `T` for light from another point of the source into the same direction.
+    fn seen_from(&self, cells: &HalfVectorCells, wi: DVec3, f: &Facing) -> f64 {
+        let (p, q) = slope_of_half_vector(half_vector(wi, f.wo));
+        self.joined(&cells.stencil(p, q), self.wave.wave_number() * (wi.z + f.wo.z))
+    }
+
+    /// Directions of the source and their weights: exact for cubics over the disc (Stroud 1971, S2 3-1 with centre).
+    fn source_points(&self, wi: DVec3) -> Vec<(DVec3, f64)> {
+        if self.wave.source <= 0.0 {
+            return vec![(wi, 1.0)];
+        }
+        let (a, b) = crate::math::frame::tangents(wi);
+        let radius = (0.5 * self.wave.source).tan() * (2.0f64 / 3.0).sqrt();
+        let mut points = vec![(wi, 0.25)];
+        for k in 0..6 {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 6.0).sin_cos();
+            let from = (wi + radius * (cos * a + sin * b)).normalize();
+            // The part of a source below the horizon lights nothing.
+            if from.z > 0.0 {
+                points.push((from, 0.125));
+            }
+        }
+        points
+    }
+}

@@ -1,0 +1,82 @@
+//! Quadrature of the interpolated density over the slope plane.
+
+use crate::optics::Material;
+use crate::scatter::HalfVectorCells;
+use crate::scatter::cells::Stencil;
+use glam::DVec3;
+
+/// Two-point Gauss-Legendre on each half of a cell: between centres and edges the interpolation is bilinear, so the rule
+/// is exact for it times a weight quadratic in the slopes.
+const OFFSETS: [f64; 4] =
+    [0.105_662_432_702_593_5, 0.394_337_567_297_406_5, 0.605_662_432_702_593_5, 0.894_337_567_297_406_5];
+
+/// Quadrature points of all cells under a hat that holds something.
+pub(crate) struct Mesh {
+    points: Vec<Point>,
+}
+
+struct Point {
+    p: f64,
+    q: f64,
+    area: f64,
+    stencil: Stencil,
+}
+
+impl Mesh {
+    /// The points where a density that is zero outside `filled` cells may be above zero.
+    pub fn new(cells: &HalfVectorCells, filled: &[bool]) -> Mesh {
+        let row = cells.row_length();
+        let near = |k: usize| {
+            let rows = [k.checked_sub(row), Some(k), Some(k + row)];
+            rows.into_iter().flatten().any(|middle| {
+                let from = middle.saturating_sub(1);
+                filled.iter().skip(from).take(middle + 2 - from).any(|&f| f)
+            })
+        };
+        let points = (0..cells.len())
+            .filter(|&k| near(k))
+            .flat_map(|k| {
+                let area = cells.area(k) / 16.0;
+                (0..16).map(move |j| {
+                    let (p, q) = cells.slope_in(k, OFFSETS[j % 4], OFFSETS[j / 4]);
+                    Point { p, q, area, stencil: cells.stencil(p, q) }
+                })
+            })
+            .collect();
+        Mesh { points }
+    }
+
+    /// `T` at every point.
+    pub fn values(&self, density: &[f64]) -> Vec<f64> {
+        self.points.iter().map(|x| x.stencil.iter().map(|&(k, w)| density[k] * w).sum()).collect()
+    }
+
+    /// `integral of R(beta) T cb / (ch ci) dp dq` over facets that face `wi` and mirror it above the horizon.
+    pub fn energy(&self, values: &[f64], wi: DVec3, material: &Material) -> f64 {
+        let mut sum = 0.0;
+        for (x, t) in self.points.iter().zip(values) {
+            let (lean, steepness) = lean(x.p, x.q, wi);
+            if *t > 0.0 && lean > 0.0 && 2.0 * lean > wi.z * steepness {
+                sum += t * x.area * lean * material.reflectance(lean / steepness.sqrt());
+            }
+        }
+        sum / wi.z
+    }
+
+    /// The same for mirror facets and a density between two: `(1 - u) a + u b`.
+    pub fn mirror_energy(&self, a: &[f64], b: &[f64], u: f64, wi: DVec3) -> f64 {
+        let mut sum = 0.0;
+        for ((x, a), b) in self.points.iter().zip(a).zip(b) {
+            let (lean, steepness) = lean(x.p, x.q, wi);
+            let lit = lean > 0.0 && 2.0 * lean > wi.z * steepness;
+            sum += if lit { (a + u * (b - a)) * x.area * lean } else { 0.0 };
+        }
+        sum / wi.z
+    }
+}
+
+/// `cb / ch` of a facet and `1 / ch^2`.
+#[inline]
+fn lean(p: f64, q: f64, wi: DVec3) -> (f64, f64) {
+    (wi.z - p * wi.x - q * wi.y, 1.0 + p * p + q * q)
+}
