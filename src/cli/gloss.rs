@@ -85,6 +85,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         println!();
     }
     print_marks(sources.iter().filter_map(Source::surface));
+    sources.iter().filter_map(Source::surface).for_each(print_both);
     println!(
         "\n{:<width$}  {:>18}  {:>10}  {:>10}  {:>18}  {:>18}",
         "source", HEADS[0], HEADS[1], HEADS[2], HEADS[3], HEADS[4]
@@ -103,6 +104,29 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         println!("wrote {}", path.display());
     }
     Ok(())
+}
+
+/// Rays and waves side by side for one map, the Rayleigh parameter that judges them, and which holds.
+fn print_both(p: &Prediction) {
+    let Some(rays) = p.ray_gloss else { return };
+    println!("\n{}: rays straight from the facets, waves where they were asked", p.name);
+    println!("  {:>6}  {:>11}  {:>18}  {:>18}  believe", "angle", "Rayleigh g", "rays, GU", "waves, GU");
+    for k in 0..3 {
+        let text = |e: Estimate| format!("{:.3} +- {:.3}", e.value, e.standard_error);
+        let believe = match p.holds()[k] {
+            Holds::Rays if p.sq == 0.0 => "rays: the map is exactly flat".to_owned(),
+            Holds::Rays => format!("rays: {:.1e} of the light is a coherent mirror beam", (-p.rayleigh[k]).exp()),
+            Holds::Waves => format!("waves: {:.3} of the light is a coherent mirror beam", (-p.rayleigh[k]).exp()),
+            Holds::Neither => "neither: see the warnings".to_owned(),
+        };
+        println!(
+            "  {:>6}  {:>11}  {:>18}  {:>18}  {believe}",
+            format!("{} deg", ANGLES[k]),
+            if p.rayleigh[k] < 1000.0 { format!("{:.3}", p.rayleigh[k]) } else { format!("{:.3e}", p.rayleigh[k]) },
+            text(rays[k]),
+            p.wave_gloss(k).map_or_else(|| "not needed".to_owned(), text),
+        );
+    }
 }
 
 /// What the marks beside the values mean, if there are any.

@@ -56,8 +56,9 @@ impl Climb {
 /// What may stand in the way of beams from a block towards one quadrant.
 #[derive(Debug, Clone, Copy)]
 pub struct Outlook {
-    /// Steepest climb of the surface within the next `SIDE` cells.
+    /// Largest slopes of the surface within the next `SIDE`, and within twice as many cells.
     pub climb: Climb,
+    pub farther: Climb,
     /// Highest vertices up to the far side of each ring \[m\].
     pub tops: [f32; RINGS],
     /// Sine of the elevation above which a beam from anywhere in the block escapes.
@@ -68,7 +69,8 @@ impl Outlook {
     fn clear_sine(&self, bottom: f32, highest: f32, side: f32) -> f32 {
         let mut climb = self.climb.steepest();
         for (ring, top) in self.tops.into_iter().enumerate() {
-            climb = climb.max((top - bottom) / ((1 << ring) as f32 * side));
+            let over = (top - bottom) / ((1 << ring) as f32 * side);
+            climb = climb.max(if ring == 0 { over.min(self.farther.steepest()) } else { over });
         }
         climb = climb.max((highest - bottom) / ((1 << RINGS) as f32 * side));
         // An unknown climb becomes a sine above 1, which no direction exceeds.
@@ -223,7 +225,8 @@ impl Blocks {
         let ragged = repeated && (nx % SIDE != 0 || ny % SIDE != 0);
         let small = ragged && nx.min(ny) < (SIDE << RINGS);
         let none = Climb { x: 0.0, y: 0.0, sum: 0.0 };
-        let mut outlooks = vec![[Outlook { climb: none, tops: [highest; RINGS], sine: 0.0 }; 4]; self.blocks.len()];
+        let mut outlooks =
+            vec![[Outlook { climb: none, farther: none, tops: [highest; RINGS], sine: 0.0 }; 4]; self.blocks.len()];
         for quadrant in 0..4 {
             let step = [if quadrant & 1 == 1 { 1 } else { -1 }, if quadrant & 2 == 2 { -1 } else { 1 }];
             let mut climbs: Vec<Climb> = self.blocks.iter().map(|b| b.climb(quadrant)).collect();
@@ -234,7 +237,7 @@ impl Blocks {
             }
             if small {
                 let steepest = climbs.iter().copied().fold(none, Climb::max);
-                outlooks.iter_mut().for_each(|o| o[quadrant].climb = steepest);
+                outlooks.iter_mut().for_each(|o| (o[quadrant].climb, o[quadrant].farther) = (steepest, steepest));
                 continue;
             }
             let mut tops: Vec<f32> = self.blocks.iter().map(|b| b.top).collect();
@@ -242,7 +245,10 @@ impl Blocks {
                 climbs = self.widened(&climbs, step, 1, map.edges, Climb::max);
                 tops = self.widened(&tops, step, 1, map.edges, f32::max);
             }
-            outlooks.iter_mut().zip(climbs).for_each(|(o, climb)| o[quadrant].climb = climb);
+            let farther = self.widened(&climbs, step, 1, map.edges, Climb::max);
+            for ((o, climb), farther) in outlooks.iter_mut().zip(climbs).zip(farther) {
+                (o[quadrant].climb, o[quadrant].farther) = (climb, farther);
+            }
             for ring in 0..RINGS {
                 tops = self.widened(&tops, step, 1 << ring, map.edges, f32::max);
                 outlooks.iter_mut().zip(&tops).for_each(|(o, &top)| o[quadrant].tops[ring] = top);

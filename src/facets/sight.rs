@@ -1,6 +1,6 @@
 //! Whether a beam is free, without asking where it would hit.
 
-use super::blocks::{Outlook, RINGS, SIDE};
+use super::blocks::{Climb, Outlook, RINGS, SIDE};
 use super::visibility::HeightField;
 use glam::DVec3;
 
@@ -14,14 +14,16 @@ impl HeightField<'_> {
         let climb = d.z / (d.x * d.x + d.y * d.y).sqrt();
         let (mut from, mut to) = (f64::INFINITY, 0.0);
         // An unknown climb is never outdone.
-        let outdone = d.z >= outlook.climb.along(d.x, d.y);
+        let outdoes = |climb: &Climb| d.z >= climb.along(d.x, d.y);
+        let outdone = outdoes(&outlook.climb);
         if !outdone {
             (from, to) = (0.0, side);
         }
+        let farther = outdone && outdoes(&outlook.farther);
         let mut inner = side;
         for ring in 0..=RINGS {
             let top = if ring < RINGS { f64::from(outlook.tops[ring]) } else { self.highest };
-            if z + climb * inner < top {
+            if z + climb * inner < top && !(ring == 0 && farther) {
                 from = if from < inner { from } else { inner };
                 let (there, outer) = ((top - z) / climb, 2.0 * inner);
                 to = if there < outer || ring == RINGS { there } else { outer };

@@ -136,7 +136,8 @@ fn lit_area_is_the_area_of_the_mean_plane() {
         })
     };
     let (weights, lit) = facing(&smooth, 60.0);
-    assert!((weights - 1.0).abs() < 1e-11 && (lit - 1.0).abs() < 1e-11, "{weights} {lit}");
+    // Weights are worked out in f32 side by side and summed exactly.
+    assert!((weights - 1.0).abs() < 1e-9 && (lit - 1.0).abs() < 1e-9, "{weights} {lit}");
     // alpha = 0.495.
     let maps: Vec<HeightMap> = (0..4).map(|seed| gaussian(384, 10.0, 0.35, seed)).collect();
     for (theta_i, excess) in [(60.0, 1.0125), (80.0, 1.3903)] {

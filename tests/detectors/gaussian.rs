@@ -60,7 +60,7 @@ fn gaussian_surfaces_follow_the_microfacet_formula() {
                 .iter()
                 .map(|map| {
                     with_walk(map, Material::Dielectric { n: N }, 8, |walk| {
-                        let lit = Selection::share(0.5);
+                        let lit = Selection::default();
                         let tally = facet_sum(walk, &detectors, theta_i.to_radians(), Azimuth::Averaged, &lit).tally();
                         // The formula knows single bounces only.
                         tally.by_bounce.iter().map(|e| e[0] / tally.incident).collect()
