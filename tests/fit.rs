@@ -39,7 +39,7 @@ fn recovers(source: &str, model: &str, also: &[&str], planted: &[(&str, f64)], p
             assert_eq!(p.name, *name);
             let error = p.standard_error.unwrap_or_else(|| panic!("{source} {name}: no error ({found:?})"));
             assert!((p.value - truth).abs() < 3.0 * error, "{source} seed {seed} {name}: {} +- {error}", p.value);
-            assert!(error < 0.25 * truth.abs(), "{source} {name}: {error} says nothing about {truth}");
+            assert!(error < 0.4 * truth.abs(), "{source} {name}: {error} says nothing about {truth}");
         }
     }
 }

@@ -289,7 +289,8 @@ fn he_torrance_limits() {
     let smooth = model("he-torrance:sigma=0,tau=5um,n=1.5");
     near(smooth.specular_core(at(60.0, 0.0)), 0.0891867128022, 1e-9);
     assert_eq!(smooth.eval(at(60.0, 0.0), at(60.0, 180.0)), 0.0);
-    near(smooth.albedo(60f64.to_radians()), 0.0891867128022, 1e-6);
+    // Albedos are read linearly from a table in the cosine: 1e-5 of their value.
+    near(smooth.albedo(60f64.to_radians()), 0.0891867128022, 1e-5);
     let rough = model("he-torrance:sigma=3um,tau=60um,n=1.5");
     let facets = model("beckmann:alpha=0.1,n=1.5");
     for (i, o, phi) in [(0.0, 5.0, 40.0), (30.0, 35.0, 180.0), (50.0, 45.0, 170.0)] {

@@ -24,6 +24,8 @@ const HORIZON: f64 = 1e-9;
 
 /// Steps of the albedo from 0 to 90 deg.
 const ALBEDO_STEPS: usize = 128;
+/// The last of them, short of the horizon \[rad\].
+const ALBEDO_LAST: f64 = FRAC_PI_2 * (1.0 - 1e-4);
 
 /// To make random bits of a number in [0, 1).
 const TWO_53: f64 = 9_007_199_254_740_992.0;
@@ -309,11 +311,10 @@ impl Brdf for TableBrdf {
     /// Of the interpolated table at azimuth 0; between the nodes the Fresnel reflectance does not run straight.
     fn albedo(&self, theta_i: f64) -> f64 {
         let steps = self.albedo.get_or_init(|| {
-            let last = FRAC_PI_2 * (1.0 - 1e-4);
-            let at = |k: usize| direction(last * k as f64 / ALBEDO_STEPS as f64, 0.0);
+            let at = |k: usize| direction(ALBEDO_LAST * k as f64 / ALBEDO_STEPS as f64, 0.0);
             albedos(&self.table, &(0..=ALBEDO_STEPS).map(at).collect::<Vec<_>>())
         });
-        let x = at_most(at_least(theta_i / FRAC_PI_2, 0.0), 1.0) * ALBEDO_STEPS as f64;
+        let x = at_most(at_least(theta_i / ALBEDO_LAST, 0.0), 1.0) * ALBEDO_STEPS as f64;
         let k = (x as usize).min(ALBEDO_STEPS - 1);
         steps[k] + (x - k as f64) * (steps[k + 1] - steps[k])
     }
