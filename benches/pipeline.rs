@@ -6,11 +6,13 @@
 use asperity::facets::{HeightField, SlopeStatistics};
 use asperity::heightmap::{Edges, HeightMap, level, synth};
 use asperity::math::direction;
+use asperity::math::random::CounterRng;
 use asperity::meter::{self, Geometry, gloss};
 use asperity::optics::Material;
 use asperity::render::{Tile, TilesOptions, render_tiles};
 use asperity::sample::TableBrdf;
 use asperity::scatter::Selection;
+use asperity::scatter::beam::Beam;
 use asperity::scatter::bounce::Walk;
 use asperity::scatter::facet_sum::{Azimuth, facet_sum};
 use asperity::scatter::rays::trace_rays;
@@ -64,7 +66,7 @@ fn slopes(c: &mut Criterion) {
 }
 
 fn scattering(c: &mut Criterion) {
-    let map = map(512);
+    let map = map(1024);
     let statistics = SlopeStatistics::measure(&map).expect("facets");
     let cells = HalfVectorCells::for_lobe(&statistics, true, 0.01);
     let field = HeightField::new(&map);
@@ -77,8 +79,8 @@ fn scattering(c: &mut Criterion) {
         });
     }
     g.finish();
-    let rays = 1 << 17;
-    let mut g = group(c, "4 naive rays, per ray", rays);
+    let rays = 1 << 20;
+    let mut g = group(c, "4 naive rays in map order, per ray", rays);
     for degrees in [20, 45, 60, 75] {
         let theta_i = f64::from(degrees).to_radians();
         g.bench_with_input(BenchmarkId::from_parameter(format!("{degrees} deg")), &theta_i, |b, &theta_i| {
@@ -86,7 +88,20 @@ fn scattering(c: &mut Criterion) {
         });
     }
     g.finish();
-    let mut g = group(c, "5 min-max pyramid, per sample of the map", (map.width() * map.height()) as u64);
+    let rays = 1 << 18;
+    let mut g = group(c, "4 naive rays in random order, per ray", rays);
+    for degrees in [20, 45, 60, 75] {
+        let beam = Beam::new(&field, direction(f64::from(degrees).to_radians(), 0.0), None);
+        g.bench_with_input(BenchmarkId::from_parameter(format!("{degrees} deg")), &beam, |b, beam| {
+            let ray = |item: u64| {
+                let [x, y, ..] = CounterRng::four(1, 0, item);
+                beam.strike([x, y]).map_or(0.0, |arrival| walk.follow(arrival).absorbed)
+            };
+            b.iter(|| (0..rays).map(ray).sum::<f64>());
+        });
+    }
+    g.finish();
+    let mut g = group(c, "5 height field, per sample of the map", (map.width() * map.height()) as u64);
     g.bench_function("build", |b| b.iter(|| HeightField::new(black_box(&map))));
     g.finish();
 }
