@@ -7,7 +7,6 @@ mod file;
 mod floor;
 mod mesh;
 mod nodes;
-mod thin;
 
 pub(crate) use balance::albedos;
 pub(crate) use eval::Incident;
