@@ -61,7 +61,7 @@ impl Mesh {
         if triangles.is_empty() {
             return Err(Error::parameter("the mesh has no triangle with an area", "export it again"));
         }
-        let used = || triangles.iter().flat_map(|t| corners(t));
+        let used = || triangles.iter().flat_map(&corners);
         let (low, high) = used().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
         let centre = 0.5 * (low + high);
         let radius = 0.5 * (high - low).length();

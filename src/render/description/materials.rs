@@ -155,7 +155,7 @@ fn plain(m: &Material, span: &Range<usize>, name: &str, place: &Place, open: &Op
 fn is_coloured(at: &dyn Fn(f64) -> Result<Box<dyn Brdf>>) -> Result<bool> {
     let (blue, red) = (at(450e-9)?, at(640e-9)?);
     let differ = |a: f64, b: f64| (a - b).abs() > 1e-9 * a.abs().max(b.abs());
-    let directions = [(0.1, 0.0, 0.15, 3.1), (0.8, 0.0, 0.8, 3.14), (0.8, 0.0, 0.1, 1.0), (1.2, 0.3, 1.1, 3.0)];
+    let directions = [(0.1, 0.0, 0.15, 3.1), (0.8, 0.0, 0.8, 3.1), (0.8, 0.0, 0.1, 1.0), (1.2, 0.3, 1.1, 3.0)];
     Ok(directions.iter().any(|&(ti, pi, tr, pr)| {
         let (wi, wo) = (direction(ti, pi), direction(tr, pr));
         differ(blue.eval(wi, wo), red.eval(wi, wo)) || differ(blue.specular_core(wi), red.specular_core(wi))
