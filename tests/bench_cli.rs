@@ -59,7 +59,7 @@ fn a_small_budget_gives_all_files_and_repeatable_errors() {
             compared += 1;
         }
     }
-    assert!(compared >= 40, "{compared} of {} rows", a.len());
+    assert!(compared >= 27, "{compared} of {} rows: every method has at least one", a.len());
     let families: std::collections::BTreeSet<&str> = a.iter().map(|r| r[0].as_str()).collect();
     assert_eq!(
         families.into_iter().collect::<Vec<_>>(),

@@ -19,7 +19,7 @@ impl From<Vec<f64>> for Answer {
 /// How far an answer is from the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Distance {
-    /// `1/2 sum |a_k - b_k|`: share of the energy that lies in the wrong place.
+    /// `1/2 sum |a_k - b_k| / sum b_k`: share of the energy that lies in the wrong place.
     Moved,
     /// `max |a_k - b_k|` in gloss units.
     Gloss,
@@ -32,7 +32,10 @@ impl Distance {
     pub fn between(self, a: &[f64], b: &[f64]) -> f64 {
         let pairs = || a.iter().zip(b);
         match self {
-            Distance::Moved => 0.5 * pairs().map(|(a, b)| (a - b).abs()).sum::<f64>(),
+            Distance::Moved => {
+                let moved: f64 = pairs().map(|(a, b)| (a - b).abs()).sum();
+                0.5 * moved / b.iter().sum::<f64>().max(f64::MIN_POSITIVE)
+            }
             Distance::Gloss => pairs().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
             Distance::Relative => {
                 let squares: f64 = pairs().map(|(a, b)| (a - b).powi(2)).sum();

@@ -7,6 +7,7 @@ use crate::facets::slopes;
 use crate::math::direction;
 use crate::math::random::CounterRng;
 use crate::scatter::beam::Beam;
+use crate::scatter::cells::TOLERANCE;
 use crate::scatter::detectors::{Detectors, Rings};
 use crate::scatter::facet_sum::{Azimuth, facet_sum};
 use crate::scatter::facing::facing;
@@ -45,6 +46,8 @@ pub fn family<'a>(surface: &'a Surface<'a>, theta_deg: f64, reference_rays: u64)
     let reference = by_rays(reference_rays, REFERENCE_SEED);
     // A normal error is 0.8 standard deviations off on average; half of that counts, as in the distance.
     let noise: f64 = (0..reference.energy.len()).map(|k| 0.4 * reference.fraction(k).standard_error).sum();
+    let noise = noise / reference.book().escaped.max(f64::MIN_POSITIVE);
+    let taken = taken(surface, theta_i);
     let facets = surface.statistics.facets as f64;
     let by_density = move |tolerance: f64, hiding: &Hiding| {
         let cells = HalfVectorCells::for_lobe(&surface.statistics, false, tolerance);
@@ -52,10 +55,10 @@ pub fn family<'a>(surface: &'a Surface<'a>, theta_deg: f64, reference_rays: u64)
         in_patches(&density.tally(&cells, wi, &GLASS, hiding), &cells, wi)
     };
     let tolerances = [0.04, 0.01, 0.0025, 0.000_625];
-    Family {
+    let mut family = Family {
         id: format!("scatter_{theta_deg:.0}"),
         title: format!("Scattering at {theta_deg:.0}\u{b0}"),
-        error: "energy in the wrong place",
+        error: "reflected light in the wrong place",
         distance: Distance::Moved,
         reference: Reference {
             text: format!(
@@ -75,28 +78,50 @@ pub fn family<'a>(surface: &'a Surface<'a>, theta_deg: f64, reference_rays: u64)
                 shares(&by_rays(rays as u64, seed)).into()
             })
             .random()
-            .hungry(6.0)
-            .taken_at(1e6),
-            Method::new("facet sum, visibility", "facets", fractions(facets), move |asked, _| {
+            .hungry(6.0),
+            Method::new(FACETS, "facets", fractions(facets), move |asked, _| {
                 let selection = Selection::share(asked / facets);
                 let sum = facet_sum(&surface.walk(), &Rings::klems(), theta_i, Azimuth::Fixed(0.0), &selection);
                 shares(&sum.tally()).into()
-            })
-            .taken_at(facets),
+            }),
             Method::new("facet sum, nothing hidden", "facets", fractions(facets), move |asked, _| {
                 lit_facets(surface, wi, asked / facets).into()
             }),
-            Method::new("slope distribution, Smith", "cell tolerance", tolerances, move |tolerance, _| {
+            Method::new(SLOPES, "cell tolerance", tolerances, move |tolerance, _| {
                 by_density(tolerance, &surface.statistics.hiding()).into()
-            })
-            .taken_at(0.01),
+            }),
             Method::new("slopes, nothing hidden", "cell tolerance", tolerances, move |tolerance, _| {
                 by_density(tolerance, &Hiding::tabulate(|_| 0.0)).into()
             }),
-            Method::new("Kirchhoff (wave)", "cell tolerance", tolerances, move |tolerance, _| {
+            Method::new(WAVES, "cell tolerance", tolerances, move |tolerance, _| {
                 by_waves(surface, theta_i, tolerance).into()
             }),
         ],
+    };
+    for method in &mut family.methods {
+        if method.name == taken {
+            method.default = Some(if taken == FACETS { ASKED.min(facets) } else { TOLERANCE });
+        }
+    }
+    family
+}
+
+/// The three ways that `auto` may take.
+const FACETS: &str = "facet sum, visibility";
+const SLOPES: &str = "slope distribution, Smith";
+const WAVES: &str = "Kirchhoff (wave)";
+
+/// Facets that `auto` asks per incident angle, and its tolerance.
+const ASKED: f64 = (1u32 << 19) as f64;
+
+/// Which of them it takes here.
+fn taken(surface: &Surface, theta_i: f64) -> &'static str {
+    let options = Options { material: GLASS, theta_i: vec![theta_i], phi_i: vec![0.0], ..Options::default() };
+    let found = scatter(surface.map, &options, &|_| ());
+    match found.ok().and_then(|s| s.decisions.first().copied()) {
+        Some(d) if d.wave => WAVES,
+        Some(d) if d.visibility => FACETS,
+        _ => SLOPES,
     }
 }
 
