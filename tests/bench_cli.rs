@@ -87,7 +87,7 @@ fn the_choice_is_within_its_tolerance_on_a_smooth_and_a_steep_map() {
     for (name, sq, acl) in [("smooth", "0.1um", "20um"), ("satin", "0.5um", "12um"), ("steep", "1.5um", "8um")] {
         let path = dir.path().join(format!("{name}.x3p"));
         let made = Command::new(env!("CARGO_BIN_EXE_asperity"))
-            .args(["synth", "--sq", sq, "--acl", acl, "--size", "384", "--pitch", "0.5um", "--exact", "-o"])
+            .args(["synth", "--sq", sq, "--acl", acl, "--size", "256", "--pitch", "0.5um", "--exact", "-o"])
             .arg(&path)
             .output()
             .unwrap();

@@ -105,10 +105,11 @@ pub fn other_lengths(threads: &[usize], progress: &dyn Fn(f64)) -> Result<Vec<Co
     let hiding = surface.statistics.hiding();
     for angles in [1u32, 2, 4, 8, 16, 32] {
         let theta = |k: u32| (75.0 * f64::from(k) / f64::from(angles)).to_radians();
-        let sums = || (0..angles).map(|k| facet_sum(&walk, cells, theta(k), Azimuth::Fixed(0.0), &all)).count();
+        let sums =
+            || (0..angles).map(|k| facet_sum(&walk, cells, theta(k), Azimuth::Fixed(0.0), &all)).collect::<Vec<_>>();
         let tallies = || {
             let density = SlopeDensity::measure(&map, cells, true);
-            (0..angles).map(|k| density.tally(cells, direction(theta(k), 0.0), &GLASS, &hiding)).count()
+            (0..angles).map(|k| density.tally(cells, direction(theta(k), 0.0), &GLASS, &hiding)).collect::<Vec<_>>()
         };
         costs.push(cost("incident angles", f64::from(angles), "facet sum, 0 to 75\u{b0}", timed(sums).1, "s"));
         costs.push(cost("incident angles", f64::from(angles), "slope distribution", timed(tallies).1, "s"));
