@@ -96,6 +96,12 @@ impl Block {
         let sum = [5, 6, 7, 4][quadrant];
         Climb { x: self.most[1 - (quadrant & 1)], y: self.most[3 - (quadrant >> 1)], sum: self.most[sum] }
     }
+
+    /// Largest difference of neighbouring vertices along x or y \[m\]; infinite if a facet is missing.
+    pub fn largest_step(&self, pitch: [f64; 2]) -> f32 {
+        let [px, py] = pitch.map(|p| p as f32);
+        (self.most[0].max(self.most[1]) * px).max(self.most[2].max(self.most[3]) * py)
+    }
 }
 
 /// Blocks of a map, row by row.

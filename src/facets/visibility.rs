@@ -1,7 +1,9 @@
 //! First hit of a ray on the height field: who hides whom.
 
+use super::bends::Bends;
 use super::blocks::{Block, Blocks, Outlook};
 use super::slopes;
+use super::stride::Ground;
 use crate::heightmap::HeightMap;
 use glam::DVec3;
 use std::borrow::Cow;
@@ -54,6 +56,7 @@ pub struct HeightField<'a> {
     /// Highest vertices of squares of 1, 2, 4, ... blocks: width and values.
     pub(super) pyramid: Vec<(usize, Vec<f32>)>,
     outlooks: Vec<[Outlook; 4]>,
+    bends: Bends,
     pub(super) lowest: f64,
     pub(super) highest: f64,
 }
@@ -72,9 +75,11 @@ impl<'a> HeightField<'a> {
             Some(heights) => Cow::Borrowed(heights),
             None => Cow::Owned(map.heights.iter().copied().collect()),
         };
+        let bends = Bends::measure(&heights, map.width(), &blocks, [map.pitch_x, map.pitch_y]);
         HeightField {
             map,
             heights,
+            bends,
             cells: [nx, ny],
             pyramid: pyramid(&blocks),
             blocks,
@@ -125,6 +130,12 @@ impl<'a> HeightField<'a> {
         let bottom = if row + 1 == self.map.height() { 0 } else { top + width };
         let h = &self.heights;
         [h[top + column], h[top + next], h[bottom + column], h[bottom + next]]
+    }
+
+    /// What packets of rays stride over.
+    pub(super) fn ground(&self) -> Ground<'_> {
+        let pitch = [self.map.pitch_x, self.map.pitch_y];
+        Ground::new(&self.heights, self.map.width(), &self.bends, self.blocks.width, pitch, self.height_range())
     }
 
     #[inline]

@@ -1,7 +1,9 @@
 //! Exact sums of beam weights: added in any order, on any thread, in any number of parts, they come out the same.
 
 use super::tally::{BOUNCES, Tally};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::{Mutex, PoisonError};
 
 /// Weights are counted in steps of 2^-40, up to 2^23: the projected area of a facet of slope 10^4 lit at 89.9 deg.
 const STEP_BITS: u32 = 40;
@@ -208,6 +210,21 @@ impl Accumulator {
         tally.asked.clone_from(&self.asked);
         tally
     }
+}
+
+/// Works off `items` on all threads, each item at a free desk: as many desks are set up as threads are at work, not as many
+/// as there are pieces of work. Which item meets which desk is left to chance, so what lies on the desks must be sums that do
+/// not depend on it.
+pub fn at_desks<I: Sync, T: Send>(items: &[I], new: impl Fn() -> T + Sync, work: impl Fn(&mut T, &I) + Sync) -> Vec<T> {
+    let free = Mutex::new(Vec::new());
+    let desks = || free.lock().unwrap_or_else(PoisonError::into_inner);
+    items.par_iter().for_each(|item| {
+        let desk = desks().pop();
+        let mut desk = desk.unwrap_or_else(&new);
+        work(&mut desk, item);
+        desks().push(desk);
+    });
+    free.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -61,6 +61,17 @@ impl FirstBounces {
         self.shadow += sum(&lanes.shadow);
     }
 
+    /// Adds the beam of a facet that was added without it, weight and energy in steps.
+    #[inline]
+    pub fn add_beam(&mut self, slot: u32, [weight, energy]: [u32; 2]) {
+        let root = u64::from(energy >> (STEP_BITS - SQUARE_BITS));
+        let bin = &mut self.bins[slot as usize];
+        bin[0] += u64::from(energy);
+        bin[1] += root * root;
+        bin[3] += u64::from(weight > 0);
+        self.weight += u64::from(weight);
+    }
+
     /// All that was added.
     pub fn sums(mut self) -> Accumulator {
         self.pour();

@@ -1,19 +1,24 @@
 //! Naive rays, the method of the paper: uniform illumination, first hit, reflect, count. Slow and honest.
 
-use super::accumulator::Accumulator;
+use super::accumulator::{Accumulator, at_desks};
 use super::beam::Beam;
-use super::bounce::Walk;
+use super::bounce::{Arrival, Departure, Walk};
 use super::cells::{CellLanes, HalfVectorCells};
 use super::detectors::Detectors;
 use super::facet_sum::{Azimuth, turned_back};
+use super::flights::Flights;
 use super::selection::Selection;
 use super::tally::CORE_SLOPE;
+use crate::facets::Packet;
+use crate::facets::visibility::Fate;
 use crate::math::{direction, random::CounterRng};
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Rays per task.
 const BATCH: u64 = 1 << 14;
+
+/// Rays followed side by side.
+const TOGETHER: usize = 512;
 
 /// `E_k = (1/N) sum of w_j over the rays that end in k`, `w_j` the product of R(beta) over the bounces of ray j
 /// (physics of Westlund, Meyer and Hunt 2002, section 4.2.1).
@@ -38,72 +43,120 @@ pub fn trace_rays<D: Detectors + ?Sized>(
     let (phi, turn) = azimuth.of(0.0);
     let first = light(phi, turn);
     let patches = Patches::new(rays, first.beam.aspect());
-    let count = Count { walk, detectors, cells: detectors.slope_cells().map(HalfVectorCells::lanes) };
-    (0..rays.div_ceil(BATCH))
-        .into_par_iter()
-        .filter(|&batch| selection.part.has(batch))
-        .fold(
-            || Accumulator::new(detectors.len()),
-            |mut sum, batch| {
-                let mut row = patches.row_of(batch * BATCH);
-                for ray in batch * BATCH..((batch + 1) * BATCH).min(rays) {
-                    if ray == row.end {
-                        row = patches.row_of(ray);
-                    }
-                    let [a, b, c, _] = CounterRng::four(seed, 1, ray);
-                    let u = patches.point(&row, ray, [a, b]);
-                    match azimuth {
-                        Azimuth::Fixed(_) => count.one(&first, u, &mut sum),
-                        Azimuth::Averaged => {
-                            let (phi, turn) = azimuth.of(c);
-                            count.one(&light(phi, turn), u, &mut sum);
-                        }
-                    }
+    let batches: Vec<u64> = (0..rays.div_ceil(BATCH)).filter(|&batch| selection.part.has(batch)).collect();
+    let new = || (Accumulator::new(detectors.len()), Shower::new(walk, detectors));
+    let desks = at_desks(&batches, new, |(sum, shower), &batch| {
+        let all = batch * BATCH..((batch + 1) * BATCH).min(rays);
+        let mut row = patches.row_of(all.start);
+        let mut lights = Vec::new();
+        for some in all.clone().step_by(TOGETHER) {
+            let some = some..(some + TOGETHER as u64).min(all.end);
+            let mut aims = [[0.0; 3]; TOGETHER];
+            for (ray, aim) in some.clone().zip(&mut aims) {
+                if ray == row.end {
+                    row = patches.row_of(ray);
                 }
-                sum
-            },
-        )
-        .reduce(|| Accumulator::new(detectors.len()), Accumulator::merged)
+                let [a, b, c, _] = CounterRng::four(seed, 1, ray);
+                let [x, y] = patches.point(&row, ray, [a, b]);
+                *aim = [x, y, c];
+            }
+            let aims = &aims[..(some.end - some.start) as usize];
+            match azimuth {
+                Azimuth::Fixed(_) => shower.fall(aims.iter().map(|&[x, y, _]| (&first, [x, y])), sum),
+                Azimuth::Averaged => {
+                    lights.clear();
+                    lights.extend(aims.iter().map(|aim| {
+                        let (phi, turn) = azimuth.of(aim[2]);
+                        light(phi, turn)
+                    }));
+                    shower.fall(lights.iter().zip(aims).map(|(light, &[x, y, _])| (light, [x, y])), sum);
+                }
+            }
+        }
+    });
+    let sums = desks.into_iter().map(|(sum, _)| sum);
+    sums.reduce(Accumulator::merged).unwrap_or_else(|| Accumulator::new(detectors.len()))
 }
 
 /// Light of one azimuth.
-struct Light<'a> {
-    beam: Beam<'a>,
+pub struct Light<'a> {
+    pub beam: Beam<'a>,
     /// Turn into the frame of the detectors, and the direction to the source in it.
-    turn: f64,
-    local: DVec3,
+    pub turn: f64,
+    pub local: DVec3,
 }
 
-struct Count<'a, D: Detectors + ?Sized> {
-    walk: &'a Walk<'a>,
-    detectors: &'a D,
+/// Rays that fall on a map together and are counted where they end.
+pub struct Shower<'w, D: Detectors + ?Sized> {
+    walk: &'w Walk<'w>,
+    detectors: &'w D,
     cells: Option<CellLanes>,
+    packet: Packet,
+    flights: Flights<'w>,
 }
 
-impl<D: Detectors + ?Sized> Count<'_, D> {
-    /// Follows and counts the ray aimed at place `u`.
-    fn one(&self, light: &Light, u: [f64; 2], sum: &mut Accumulator) {
-        let Some(arrival) = light.beam.strike(u) else { return };
-        let end = self.walk.follow(arrival);
-        let Some((wo, energy)) = end.escaped else {
-            sum.lost(1.0, end.lost);
-            return;
-        };
-        match &self.cells {
-            Some(cells) if end.bounces == 1 => {
-                let (p, q) = arrival.slope;
-                if p.abs() < CORE_SLOPE && q.abs() < CORE_SLOPE {
-                    sum.core(1.0, energy);
-                } else {
-                    // The slope as the unfolded map has it.
-                    let slope = turned_back(DVec3::new(p * arrival.flip[0], q * arrival.flip[1], 0.0), light.turn);
-                    sum.escaped(cells.locate(slope.x as f32, slope.y as f32) as usize, 1, 1.0, energy);
-                }
+impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
+    /// No ray yet.
+    pub fn new(walk: &'w Walk<'w>, detectors: &'w D) -> Self {
+        let cells = detectors.slope_cells().map(HalfVectorCells::lanes);
+        Shower { walk, detectors, cells, packet: Packet::default(), flights: Flights::new(walk) }
+    }
+
+    /// Follows and counts rays, each from its light and aimed at a place in `[0, 1]^2` of what is lit.
+    pub fn fall<'l>(&mut self, rays: impl Iterator<Item = (&'l Light<'l>, [f64; 2])>, sum: &mut Accumulator) {
+        let field = self.walk.field;
+        let mut launched = Vec::with_capacity(TOGETHER);
+        for (light, u) in rays {
+            let aim = light.beam.aim(u);
+            if let Some((ray, flip)) = light.beam.launch(aim) {
+                self.packet.push(field, ray, None);
+                launched.push((light, aim, flip));
             }
-            _ => {
-                let detector = self.detectors.index(light.local, turned_back(wo, light.turn));
-                sum.escaped(detector, end.bounces, 1.0, energy);
+        }
+        let mut struck = Vec::with_capacity(launched.len());
+        for (&(light, aim, flip), fate) in launched.iter().zip(self.packet.trace(field)) {
+            if let Fate::Hit(hit) = fate
+                && let Some(arrival) = light.beam.arrive(aim, flip, hit)
+            {
+                self.flights.start(struck.len() as u32, arrival);
+                struck.push((light, arrival));
             }
+        }
+        let (cells, detectors) = (&self.cells, self.detectors);
+        self.flights.land(&mut |number, end| {
+            let (light, arrival) = struck[number as usize];
+            count(cells.as_ref(), detectors, light, &arrival, end, sum);
+        });
+    }
+}
+
+/// Counts a ray where it ended.
+fn count<D: Detectors + ?Sized>(
+    cells: Option<&CellLanes>,
+    detectors: &D,
+    light: &Light,
+    arrival: &Arrival,
+    end: Departure,
+    sum: &mut Accumulator,
+) {
+    let Some((wo, energy)) = end.escaped else {
+        sum.lost(1.0, end.lost);
+        return;
+    };
+    match cells {
+        Some(cells) if end.bounces == 1 => {
+            let (p, q) = arrival.slope;
+            if p.abs() < CORE_SLOPE && q.abs() < CORE_SLOPE {
+                sum.core(1.0, energy);
+            } else {
+                // The slope as the unfolded map has it.
+                let slope = turned_back(DVec3::new(p * arrival.flip[0], q * arrival.flip[1], 0.0), light.turn);
+                sum.escaped(cells.locate(slope.x as f32, slope.y as f32) as usize, 1, 1.0, energy);
+            }
+        }
+        _ => {
+            let detector = detectors.index(light.local, turned_back(wo, light.turn));
+            sum.escaped(detector, end.bounces, 1.0, energy);
         }
     }
 }
