@@ -4,6 +4,7 @@ use super::blocks::SHIFT;
 use super::slopes;
 use super::visibility::{Fate, HeightField, Hit, Ray, plane, quadrant};
 use crate::heightmap::Edges;
+use glam::DVec3;
 
 /// A ray that crosses this many tiles is as good as horizontal.
 const MAX_TILES: u32 = 256;
@@ -26,22 +27,36 @@ impl HeightField<'_> {
         }
     }
 
-    /// How far along a ray something can be met, seen from what is known of the blocks around the facet it is leaving; `None` if
-    /// nothing can.
+    /// How far along a ray something can be met; `None` if nothing can.
     #[inline]
     pub(super) fn end_of_doubt(&self, ray: &Ray, own: Option<Own>) -> Option<f64> {
-        let d = ray.direction;
-        let Some((cell, _)) = own else { return Some(f64::INFINITY) };
-        if !(d.z > 0.0) {
-            return Some(f64::INFINITY);
+        match own {
+            Some((cell, _)) if ray.direction.z > 0.0 => self.reach(cell, ray.z, ray.direction),
+            _ => Some(f64::INFINITY),
         }
-        let outlook = &self.outlooks(cell)[quadrant(d)];
-        let (flat, sine) = (d.x * d.x + d.y * d.y, f64::from(outlook.sine));
+    }
+
+    /// How many times `d`, which points upwards, something can stand in the way of a beam from height `z` in a cell; `None` if
+    /// nothing can, judged by what is known of the blocks around.
+    #[inline]
+    pub fn reach(&self, cell: [usize; 2], z: f64, d: DVec3) -> Option<f64> {
+        let quadrant = quadrant(d);
+        let (flat, sine) = (d.x * d.x + d.y * d.y, f64::from(self.clear_sines(cell)[quadrant]));
         if d.z * d.z >= sine * sine * (flat + d.z * d.z) {
             return None;
         }
-        let [_, to] = self.doubtful(outlook, ray.z, d)?;
-        Some(lesser(to / flat.sqrt(), (self.highest - ray.z) / d.z))
+        let [_, to] = self.doubtful(&self.outlooks(cell)[quadrant], z, d)?;
+        Some(lesser(to / flat.sqrt(), (self.highest - z) / d.z))
+    }
+
+    /// [`HeightField::reach`] of a beam in f32, which may be as far off as packets of rays allow for; infinite if it goes down.
+    #[inline]
+    pub fn end_of_way(&self, cell: [usize; 2], z: f32, direction: [f32; 3]) -> Option<f32> {
+        let [x, y, up] = direction.map(f64::from);
+        if !(up > 0.0) {
+            return Some(f32::INFINITY);
+        }
+        self.reach(cell, f64::from(z) - self.margin(), DVec3::new(x, y, up)).map(|end| end as f32)
     }
 
     /// The march itself, from the start of the ray up to `end`.
@@ -60,7 +75,8 @@ impl HeightField<'_> {
     }
 
     /// Where a ray that meets a facet meets it.
-    pub(super) fn meet(&self, ray: &Ray, cell: [usize; 2], upper: bool) -> Hit {
+    #[inline]
+    pub(crate) fn meet(&self, ray: &Ray, cell: [usize; 2], upper: bool) -> Hit {
         let mut march = March::new(self, *ray, None, f64::INFINITY);
         march.cell = cell.map(|c| c as i64);
         let corners = self.corners(cell[0], cell[1]);
@@ -371,6 +387,7 @@ impl<'f> March<'f> {
         (self.oz - g0 - gu * u - gv * v, self.dz - gu * self.d[0] - gv * self.d[1])
     }
 
+    #[inline]
     fn hit(&self, corners: [f32; 4], upper: bool, at: f64) -> Hit {
         let map = self.field.map();
         let slopes = slopes::of_corners(corners.map(f64::from), map.pitch_x, map.pitch_y);

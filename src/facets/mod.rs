@@ -13,5 +13,5 @@ pub mod stride;
 pub mod visibility;
 
 pub use distribution::SlopeStatistics;
-pub use packet::Packet;
+pub use packet::{Packet, Strides};
 pub use visibility::{HeightField, Hit, Ray};

@@ -1,27 +1,66 @@
 //! Many rays side by side: long ways in few strides of f32 that are sure, the rest by the march in f64.
 
 use super::march::Own;
-use super::stride::{LANES, Lanes, State};
+use super::stride::{LANES, Lanes};
 use super::visibility::{Fate, HeightField, Ray};
 use fearless_simd::Level;
 
-/// Rays to be followed together, and what became of them.
+pub use super::stride::{End, Start, Struck};
+
+/// Rays in f32, side by side.
 ///
-/// [`Packet::trace`] gives for each ray what [`HeightField::trace`] gives, in a fraction of the time. In f32 and side by side a
-/// ray strides as far as the bends of the surface allow it to stay above, see [`Bends`](super::bends::Bends), until it is above
-/// everything ahead, or crosses a facet well inside. What f32 cannot tell is marched in f64 from the last place known to be
-/// above the surface, and so is what crosses the border of the map or comes near a gap.
-pub struct Packet {
+/// A ray strides as far as the bends of the surface allow it to stay above, see [`Bends`](super::bends::Bends), until it is above
+/// everything ahead, or crosses a facet well inside. What it says of a ray is sure: differences too small for f32, the
+/// neighbourhood of a gap and the border of the map end a ray as unsure.
+pub struct Strides {
     level: Level,
-    rays: Vec<(Ray, Option<Own>, f64)>,
-    fates: Vec<Fate>,
     lanes: Box<Lanes>,
 }
 
-impl Default for Packet {
+impl Default for Strides {
     fn default() -> Self {
-        Packet { level: Level::new(), rays: Vec::new(), fates: Vec::new(), lanes: Box::new(Lanes::default()) }
+        Strides { level: Level::new(), lanes: Box::new(Lanes::default()) }
     }
+}
+
+impl Strides {
+    /// Follows the rays; `ended` hears how each of them ended, in any order.
+    #[inline]
+    pub fn follow(
+        &mut self,
+        field: &HeightField,
+        starts: impl Iterator<Item = Start>,
+        mut ended: impl FnMut(u32, End),
+    ) {
+        let Strides { level, lanes } = self;
+        let ground = field.ground();
+        let mut starts = starts.fuse();
+        loop {
+            lanes.clear();
+            while lanes.len() < LANES
+                && let Some(start) = starts.next()
+            {
+                if !lanes.push(&ground, &start) {
+                    ended(start.id, End::Unsure(0.0));
+                }
+            }
+            if lanes.all_ended() {
+                return;
+            }
+            while !lanes.all_ended() {
+                lanes.stride(*level, &ground, &mut ended);
+            }
+        }
+    }
+}
+
+/// Rays to be followed together, and what became of them: for each what [`HeightField::trace`] gives, in a fraction of the time.
+/// What f32 cannot tell is marched in f64 from the last place known to be above the surface.
+#[derive(Default)]
+pub struct Packet {
+    strides: Strides,
+    rays: Vec<(Ray, Option<Own>, f64)>,
+    fates: Vec<Fate>,
 }
 
 impl Packet {
@@ -35,35 +74,30 @@ impl Packet {
 
     /// The fates of all rays in the order in which they were added; the packet is empty afterwards.
     pub fn trace(&mut self, field: &HeightField) -> &[Fate] {
-        let Packet { level, rays, fates, lanes } = self;
+        let Packet { strides, rays, fates } = self;
         fates.clear();
         fates.resize(rays.len(), Fate::Escaped([1.0; 2]));
-        let ground = field.ground();
-        let mut rest = rays.iter().enumerate();
-        loop {
-            lanes.clear();
-            while lanes.len() < LANES
-                && let Some((id, (ray, own, end))) = rest.next()
-            {
-                if *end > 0.0 && !lanes.push(&ground, ray, *own, *end, id) {
-                    fates[id] = field.march(*ray, *own, *end);
-                }
+        let starts = rays.iter().enumerate().filter(|(_, ray)| ray.2 > 0.0).map(|(id, &(ray, own, end))| {
+            let cell = own.map_or([ray.column as usize, ray.row as usize], |own| own.0);
+            Start {
+                id: id as u32,
+                cell: cell.map(|c| c as u32),
+                own: own.map_or(0, |own| 1 + u32::from(own.1)),
+                at: [(ray.column - cell[0] as f64) as f32, (ray.row - cell[1] as f64) as f32],
+                z: ray.z as f32,
+                direction: ray.direction.to_array().map(|x| x as f32),
+                end: end as f32,
             }
-            if lanes.all_ended() {
-                break;
-            }
-            while !lanes.all_ended() {
-                lanes.stride(*level, &ground, |id, state, s| {
-                    let (ray, own, end) = rays[id];
-                    fates[id] = match state {
-                        State::Free => return,
-                        State::Hit { cell, upper } => Fate::Hit(field.meet(&ray, cell, upper)),
-                        State::Unsure if s == 0.0 => field.march(ray, own, end),
-                        State::Unsure => field.march_on(ray, s * ground.unit(&ray).1, end),
-                    };
-                });
-            }
-        }
+        });
+        strides.follow(field, starts, |id, end_of_ray| {
+            let (ray, own, end) = rays[id as usize];
+            fates[id as usize] = match end_of_ray {
+                End::Free => return,
+                End::Hit(struck) => Fate::Hit(field.meet(&ray, struck.cell, struck.upper)),
+                End::Unsure(0.0) => field.march(ray, own, end),
+                End::Unsure(t) => field.march_on(ray, t, end),
+            };
+        });
         rays.clear();
         &*fates
     }

@@ -1,8 +1,6 @@
 //! The strides of rays side by side.
 
 use super::bends::Bends;
-use super::march::Own;
-use super::visibility::Ray;
 use fearless_simd::{
     Bytes, Level, Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x16, i32x16, mask32x16, u32x16,
 };
@@ -26,7 +24,7 @@ const BEYOND: [f32; 2] = [2e-5, 2e-7];
 
 /// Share of the largest step between neighbours that places are wrong by, at the most, in height; likewise of the largest
 /// height, and of the way that a ray goes beyond an edge.
-const MARGIN: [f32; 3] = [3e-4, 1e-6, 4e-5];
+const MARGIN: [f32; 3] = [4e-4, 1e-6, 4e-5];
 
 /// The surface that rays stride over.
 pub struct Ground<'a> {
@@ -37,8 +35,8 @@ pub struct Ground<'a> {
     blocks: u32,
     /// Cells that lie within the map, without those across the border of a repeated one.
     cells: [u32; 2],
-    pitch: [f64; 2],
-    range: f64,
+    per_pitch: [f32; 2],
+    per_range: f32,
     margin: f32,
 }
 
@@ -52,16 +50,16 @@ impl<'a> Ground<'a> {
         pitch: [f64; 2],
         [low, high]: [f64; 2],
     ) -> Self {
-        let largest = low.abs().max(high.abs()) as f32;
+        let (largest, range) = (low.abs().max(high.abs()) as f32, (high - low) as f32);
         Ground {
             heights,
             bends: &bends.around,
             width: width as u32,
             blocks: blocks as u32,
             cells: [width as u32 - 1, (heights.len() / width) as u32 - 1],
-            pitch,
-            range: high - low,
-            margin: MARGIN[0] * bends.largest_step + MARGIN[1] * largest,
+            per_pitch: pitch.map(|p| (1.0 / p) as f32),
+            per_range: 1.0 / range,
+            margin: MARGIN[0] * bends.largest_step + MARGIN[1] * (largest + range),
         }
     }
 
@@ -69,30 +67,48 @@ impl<'a> Ground<'a> {
     fn cell(&self, index: u32) -> [usize; 2] {
         [(index % self.width) as usize, (index / self.width) as usize]
     }
-
-    /// Direction in samples, and the unit of the strides: a ray is at `o + s unit d` with no coordinate of `unit d` above 1 sample
-    /// or the range of heights.
-    #[inline]
-    pub fn unit(&self, ray: &Ray) -> ([f64; 2], f64) {
-        let d = [ray.direction.x / self.pitch[0], -ray.direction.y / self.pitch[1]];
-        let (x, y) = (d[0].abs(), d[1].abs());
-        let longest = if x > y { x } else { y };
-        (d, 1.0 / (longest + ray.direction.z.abs() / self.range))
-    }
 }
 
-/// Where a ray stands after a stride.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum State {
+/// A ray in f32, at its start.
+#[derive(Debug, Clone, Copy)]
+pub struct Start {
+    /// Number by which its end is reported.
+    pub id: u32,
+    pub cell: [u32; 2],
+    /// 1 or 2 if it leaves the lower or the upper facet of the cell, 0 if it comes from above.
+    pub own: u32,
+    /// Place in the cell \[samples\], height \[m\].
+    pub at: [f32; 2],
+    pub z: f32,
+    /// Direction \[m\] in the surface frame, and how many times it is of interest.
+    pub direction: [f32; 3],
+    pub end: f32,
+}
+
+/// A facet that a ray meets, in f32.
+#[derive(Debug, Clone, Copy)]
+pub struct Struck {
+    pub cell: [usize; 2],
+    pub upper: bool,
+    /// Place in the cell \[samples\], height \[m\].
+    pub at: [f32; 2],
+    pub z: f32,
+    /// Rise of the facet per sample along the columns and the rows \[m\].
+    pub rise: [f32; 2],
+}
+
+/// How the way of a ray ended.
+#[derive(Debug, Clone, Copy)]
+pub enum End {
     /// Above everything ahead.
     Free,
     /// It meets this facet, which no earlier one hides.
-    Hit { cell: [usize; 2], upper: bool },
-    /// F32 cannot tell.
-    Unsure,
+    Hit(Struck),
+    /// F32 cannot tell; so many times its direction it is above the surface.
+    Unsure(f64),
 }
 
-/// [`State`] as a number for the lanes; 0 is under way.
+/// [`End`] as a number for the lanes; 0 is under way.
 const UNDER_WAY: u32 = 0;
 const FREE: u32 = 1;
 const UNSURE: u32 = 2;
@@ -111,6 +127,8 @@ pub struct Lanes {
     z: [f32; LANES],
     climb: [f32; LANES],
     end: [f32; LANES],
+    /// The direction times `unit` is `d` and `climb`: none of them above 1 sample, or the range of the heights.
+    unit: [f32; LANES],
     s: [f32; LANES],
     state: [u32; LANES],
     /// 1 or 2 on the first stride from a lower or an upper facet.
@@ -121,6 +139,9 @@ pub struct Lanes {
     block: [u32; LANES],
     corners: [[f32; LANES]; 4],
     bend: [f32; LANES],
+    /// Of a facet that was met: its rise, and the height where.
+    rise: [[f32; LANES]; 2],
+    height: [f32; LANES],
     /// Lanes that ended on the last stride, a bit each.
     ended: [u64; LANES / WIDTH],
 }
@@ -139,6 +160,7 @@ impl Default for Lanes {
             z: f,
             climb: f,
             end: f,
+            unit: f,
             s: f,
             state: u,
             own: u,
@@ -147,6 +169,8 @@ impl Default for Lanes {
             block: u,
             corners: [f; 4],
             bend: f,
+            rise: [f; 2],
+            height: f,
             ended: [0; LANES / WIDTH],
         }
     }
@@ -168,38 +192,42 @@ impl Lanes {
         self.under_way == 0
     }
 
-    /// Adds ray number `id`, of interest up to `end`; `false` if it starts across a border.
+    /// Adds a ray; `false` if it starts across a border.
     #[inline]
-    pub fn push(&mut self, ground: &Ground, ray: &Ray, own: Option<Own>, end: f64, id: usize) -> bool {
-        let cell = own.map_or([ray.column as usize, ray.row as usize], |own| own.0).map(|c| c as u32);
+    pub fn push(&mut self, ground: &Ground, start: &Start) -> bool {
+        let cell = start.cell;
         if cell[0] >= ground.cells[0] || cell[1] >= ground.cells[1] {
             return false;
         }
-        let (d, unit) = ground.unit(ray);
-        let k = self.n;
+        let k = self.n % LANES;
         self.n += 1;
         self.under_way += 1;
-        self.id[k] = id as u32;
-        let at = [ray.column - f64::from(cell[0]), ray.row - f64::from(cell[1])];
+        self.id[k] = start.id;
+        let [x, y, z] = start.direction;
+        let d = [x * ground.per_pitch[0], -y * ground.per_pitch[1]];
+        let longest = if d[0].abs() > d[1].abs() { d[0].abs() } else { d[1].abs() };
+        let per_unit = longest + z.abs() * ground.per_range;
+        let unit = 1.0 / per_unit;
         for axis in 0..2 {
             self.base[axis][k] = cell[axis] as i32;
-            self.origin[axis][k] = at[axis] as f32;
-            self.place[axis][k] = at[axis] as f32;
-            self.d[axis][k] = (d[axis] * unit) as f32;
+            self.origin[axis][k] = start.at[axis];
+            self.place[axis][k] = start.at[axis];
+            self.d[axis][k] = d[axis] * unit;
         }
-        self.z[k] = ray.z as f32;
-        self.climb[k] = (ray.direction.z * unit) as f32;
-        self.end[k] = (end / unit) as f32;
+        self.z[k] = start.z;
+        self.climb[k] = z * unit;
+        self.unit[k] = unit;
+        self.end[k] = start.end * per_unit;
         self.s[k] = 0.0;
         self.state[k] = UNDER_WAY;
-        self.own[k] = own.map_or(0, |own| 1 + u32::from(own.1));
+        self.own[k] = start.own;
         self.cell[k] = cell[1] * ground.width + cell[0];
         self.block[k] = Bends::index(ground.blocks, cell[0], cell[1]);
         true
     }
 
-    /// One stride of every ray; `ended` hears of each that ended, and of `s` up to which it is known to be above the surface.
-    pub fn stride(&mut self, level: Level, ground: &Ground, mut ended: impl FnMut(usize, State, f64)) {
+    /// One stride of every ray; `ended` hears of each that ended.
+    pub fn stride(&mut self, level: Level, ground: &Ground, mut ended: impl FnMut(u32, End)) {
         self.fetch(ground);
         dispatch!(level, simd => advance(simd, self, ground));
         self.strides += 1;
@@ -217,12 +245,18 @@ impl Lanes {
             while bits != 0 {
                 let k = group * WIDTH + bits.trailing_zeros() as usize;
                 bits &= bits - 1;
-                let state = match self.state[k] {
-                    FREE => State::Free,
-                    UNSURE => State::Unsure,
-                    hit => State::Hit { cell: ground.cell(self.cell[k]), upper: hit > HIT },
+                let end = match self.state[k] {
+                    FREE => End::Free,
+                    UNSURE => End::Unsure(f64::from(self.s[k]) * f64::from(self.unit[k])),
+                    hit => End::Hit(Struck {
+                        cell: ground.cell(self.cell[k]),
+                        upper: hit > HIT,
+                        at: [self.place[0][k], self.place[1][k]],
+                        z: self.height[k],
+                        rise: [self.rise[0][k], self.rise[1][k]],
+                    }),
                 };
-                ended(self.id[k] as usize, state, f64::from(self.s[k]));
+                ended(self.id[k], end);
             }
         }
         // Lanes that have ended cost as much as the others.
@@ -318,8 +352,13 @@ fn advance<S: Simd>(simd: S, lanes: &mut Lanes, ground: &Ground) {
         lanes.ended[from / WIDTH] = (under_way & !moves).to_bitmask() & live(lanes.n, from);
         next.store_slice(&mut lanes.state[from..to]);
         moves.select(s_next, s).store_slice(&mut lanes.s[from..to]);
-        (x - fx).store_slice(&mut lanes.place[0][from..to]);
-        (y - fy).store_slice(&mut lanes.place[1][from..to]);
+        // Where the facet's plane is met.
+        let on = -over / gain;
+        moves.select(x - fx, u + dx * on).store_slice(&mut lanes.place[0][from..to]);
+        moves.select(y - fy, v + dy * on).store_slice(&mut lanes.place[1][from..to]);
+        gu.store_slice(&mut lanes.rise[0][from..to]);
+        gv.store_slice(&mut lanes.rise[1][from..to]);
+        (real(&lanes.z) + climb * (s + on)).store_slice(&mut lanes.height[from..to]);
         let (column, row) = (column.bitcast::<u32x16<S>>(), row.bitcast::<u32x16<S>>());
         let cell = row * ground.width + column;
         moves.select(cell, word(&lanes.cell)).store_slice(&mut lanes.cell[from..to]);
@@ -348,12 +387,12 @@ fn pack<S: Simd>(simd: S, lanes: &mut Lanes) {
             continue;
         }
         let mask = mask32x16::from_bitmask(simd, bits);
-        let Lanes { id, base, origin, d, z, climb, end, s, state, place, cell, block, .. } = lanes;
+        let Lanes { id, base, origin, d, z, climb, end, unit, s, state, place, cell, block, .. } = lanes;
         let [bx, by] = base;
         let [ox, oy] = origin;
         let [dx, dy] = d;
         let [u, v] = place;
-        for x in [ox, oy, dx, dy, z, climb, end, s, u, v] {
+        for x in [ox, oy, dx, dy, z, climb, end, unit, s, u, v] {
             let packed = simd.compress_f32x16(f32x16::from_slice(simd, &x[from..from + WIDTH]), mask);
             packed.store_slice(&mut x[kept..kept + WIDTH]);
         }

@@ -56,6 +56,7 @@ pub struct HeightField<'a> {
     /// Highest vertices of squares of 1, 2, 4, ... blocks: width and values.
     pub(super) pyramid: Vec<(usize, Vec<f32>)>,
     outlooks: Vec<[Outlook; 4]>,
+    sines: Vec<[f32; 4]>,
     bends: Bends,
     pub(super) lowest: f64,
     pub(super) highest: f64,
@@ -82,6 +83,7 @@ impl<'a> HeightField<'a> {
             bends,
             cells: [nx, ny],
             pyramid: pyramid(&blocks),
+            sines: blocks.clear_sines(&outlooks, map.pitch_x.min(map.pitch_y), highest),
             blocks,
             outlooks,
             lowest,
@@ -121,6 +123,13 @@ impl<'a> HeightField<'a> {
         &self.outlooks[self.blocks.index(column, row)]
     }
 
+    /// Sine of the elevation from which a beam that leaves the surface in a cell escapes towards each quadrant, whatever its
+    /// place in the cell's block; above 1 if unknown.
+    #[inline]
+    pub fn clear_sines(&self, [column, row]: [usize; 2]) -> &[f32; 4] {
+        &self.sines[self.blocks.index(column, row)]
+    }
+
     /// Heights of the corners of a cell as [`slopes::of_corners`] takes them.
     #[inline]
     pub fn corners(&self, column: usize, row: usize) -> [f32; 4] {
@@ -136,6 +145,12 @@ impl<'a> HeightField<'a> {
     pub(super) fn ground(&self) -> Ground<'_> {
         let pitch = [self.map.pitch_x, self.map.pitch_y];
         Ground::new(&self.heights, self.map.width(), &self.bends, self.blocks.width, pitch, self.height_range())
+    }
+
+    /// What heights in f32 may be wrong by \[m\].
+    #[inline]
+    pub(super) fn margin(&self) -> f64 {
+        1e-6 * (self.highest - self.lowest + self.highest.abs().max(self.lowest.abs()))
     }
 
     #[inline]

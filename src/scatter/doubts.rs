@@ -7,9 +7,10 @@ use super::facet_sum::turned_back;
 use super::facing::{Facing, facing};
 use super::first_bounces::FirstBounces;
 use super::flights::Flights;
-use super::lanes::{self, Lanes};
+use super::lanes::{self, Glance, Lanes, Light};
+use crate::facets::packet::{End, Start};
 use crate::facets::visibility::Fate;
-use crate::facets::{Packet, slopes};
+use crate::facets::{Strides, slopes};
 use glam::DVec3;
 
 /// Facets that are worth answering together.
@@ -30,26 +31,28 @@ pub struct Run {
 }
 
 /// One facet, as the lanes left it.
+#[derive(Clone, Copy)]
 struct Doubtful {
-    arrival: Arrival,
-    /// Mirror direction.
-    wo: DVec3,
-    weight: f64,
-    /// Weight and energy in steps, as the lanes have them if it is known to be lit.
+    /// Its run, and its place there.
+    run: u32,
+    lane: u32,
+    upper: bool,
+    /// Weight and energy in steps, if it is known to be lit.
     steps: Option<[u32; 2]>,
     /// Detector of its own reflection.
     slot: u32,
-    turn: f64,
-    local: DVec3,
 }
 
 /// Facets that wait for an answer, and where the answers go.
 pub struct Doubts<'w, D: Detectors + ?Sized> {
     walk: &'w Walk<'w>,
     detectors: &'w D,
+    runs: Vec<Run>,
     facets: Vec<Doubtful>,
-    sources: Packet,
-    exits: Packet,
+    /// Ways to the source, and out.
+    sources: Vec<Start>,
+    exits: Vec<Start>,
+    strides: Strides,
     flights: Flights<'w>,
 }
 
@@ -59,91 +62,171 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
         Doubts {
             walk,
             detectors,
+            runs: Vec::new(),
             facets: Vec::new(),
-            sources: Packet::default(),
-            exits: Packet::default(),
+            sources: Vec::new(),
+            exits: Vec::new(),
+            strides: Strides::default(),
             flights: Flights::new(walk),
         }
     }
 
-    /// Takes the facets in doubt out of a run of lanes.
-    pub fn take(&mut self, run: &Run, upper: bool, lanes: &mut Lanes, slow: &mut Accumulator, fast: &mut FirstBounces) {
+    /// Takes the facets in doubt out of the `lanes` of a run.
+    pub fn take(
+        &mut self,
+        run: &Run,
+        light: &Light,
+        upper: bool,
+        lanes: &mut Lanes,
+        slow: &mut Accumulator,
+        fast: &mut FirstBounces,
+    ) {
+        let before = self.facets.len();
         for group in 0..lanes.doubt.len() / 8 {
-            if lanes.doubt[group * 8..group * 8 + 8].iter().all(|&d| d == lanes::NONE) {
+            let doubt: [u8; 8] = std::array::from_fn(|k| lanes.doubt[group * 8 + k]);
+            if u64::from_ne_bytes(doubt) == 0 {
                 continue;
             }
-            for k in group * 8..group * 8 + 8 {
-                if lanes.doubt[k] != lanes::NONE {
-                    self.take_one(run, k, upper, lanes);
+            for (k, doubt) in doubt.into_iter().enumerate() {
+                if doubt != lanes::NONE {
+                    self.take_one(run, light, group * 8 + k, upper, lanes, fast);
                 }
             }
+        }
+        if self.facets.len() > before {
+            self.runs.push(*run);
         }
         if self.facets.len() >= MANY {
             self.answer(slow, fast);
         }
     }
 
-    fn take_one(&mut self, run: &Run, k: usize, upper: bool, lanes: &mut Lanes) {
+    fn take_one(
+        &mut self,
+        run: &Run,
+        light: &Light,
+        k: usize,
+        upper: bool,
+        lanes: &mut Lanes,
+        fast: &mut FirstBounces,
+    ) {
         let field = self.walk.field;
-        let map = field.map();
         let cell = [run.column + k, run.row];
-        let corners = field.corners(cell[0], cell[1]).map(f64::from);
-        let slope = slopes::of_corners(corners, map.pitch_x, map.pitch_y)[usize::from(upper)];
-        let Some(Facing { weight, wo, .. }) = facing(slope.0, slope.1, run.wi) else { return };
-        let (u, v) = if upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
-        let third = corners[if upper { 1 } else { 2 }];
-        let point = [cell[0] as f64 + u, cell[1] as f64 + v, (corners[0] + corners[3] + third) / 3.0];
-        let arrival = Arrival { point, facet: (cell, upper), slope, back: run.wi, flip: [1.0, 1.0] };
-        let steps = (lanes.doubt[k] == lanes::EXIT).then_some([lanes.weight[k], lanes.energy[k]]);
+        let [a, b, c, d] = field.corners(cell[0], cell[1]);
+        let (third, at) = if upper { (b, [2.0 / 3.0, 1.0 / 3.0]) } else { (c, [1.0 / 3.0, 2.0 / 3.0]) };
+        let steps = [lanes.weight[k], lanes.energy[k]];
+        let slot = lanes.slot[k];
         (lanes.weight[k], lanes.energy[k]) = (0, 0);
-        if steps.is_none() {
-            self.sources.push(field, arrival.onward(run.wi), Some(arrival.facet));
-        }
-        let (slot, turn, local) = (lanes.slot[k], run.turn, run.local);
-        self.facets.push(Doubtful { arrival, wo, weight, steps, slot, turn, local });
+        let is_lit = lanes.doubt[k] == lanes::EXIT;
+        let direction = if is_lit {
+            let [px, py] = light.per_pitch;
+            let (p, q) = if upper { (b - a, b - d) } else { (d - c, a - c) };
+            Glance::new(light.wi, p * px, q * py).wo
+        } else {
+            light.wi
+        };
+        let z = (a + d + third) * (1.0 / 3.0);
+        let end = match field.end_of_way(cell, z, direction) {
+            Some(end) => end,
+            None if is_lit => return fast.add_beam(slot, steps),
+            None => 0.0,
+        };
+        let start = Start {
+            id: self.facets.len() as u32,
+            cell: cell.map(|c| c as u32),
+            own: 1 + u32::from(upper),
+            at,
+            z,
+            direction,
+            end,
+        };
+        (if is_lit { &mut self.exits } else { &mut self.sources }).push(start);
+        let (run, lane) = (self.runs.len() as u32, k as u32);
+        self.facets.push(Doubtful { run, lane, upper, steps: is_lit.then_some(steps), slot });
     }
 
     /// Answers all questions.
     pub fn answer(&mut self, slow: &mut Accumulator, fast: &mut FirstBounces) {
-        let field = self.walk.field;
-        // First who is lit, then whose beams are free.
-        let mut sights = self.sources.trace(field).iter();
-        self.facets.retain(|facet| {
-            let hidden = facet.steps.is_none() && matches!(sights.next(), Some(Fate::Hit(_)));
+        let Doubts { walk, detectors, runs, facets, sources, exits, strides, flights } = self;
+        let field = walk.field;
+        let arrival = |facet: &Doubtful| arrival(walk, &runs[facet.run as usize], facet);
+        strides.follow(field, sources.drain(..), |id, end| {
+            let facet = &facets[id as usize];
+            let Some((arrival, weight, _)) = arrival(facet) else { return };
+            let hidden = match end {
+                End::Free => false,
+                End::Hit(_) => true,
+                End::Unsure(_) => matches!(walk.onward(&arrival, arrival.back), Fate::Hit(_)),
+            };
             if hidden {
-                slow.shadowed(facet.weight);
+                slow.shadowed(weight);
+            } else {
+                flights.start(id, arrival);
             }
-            !hidden
         });
-        for facet in &self.facets {
-            self.exits.push(field, facet.arrival.onward(facet.wo), Some(facet.arrival.facet));
-        }
-        let (facets, detectors) = (&self.facets, self.detectors);
-        let mut ended = |k: u32, end: Departure| add_end(detectors, &facets[k as usize], end, slow);
-        for (k, (facet, fate)) in facets.iter().zip(self.exits.trace(field)).enumerate() {
-            match (facet.steps, fate) {
-                (Some(steps), Fate::Escaped(_)) if facet.wo.z > 0.0 => fast.add_beam(facet.slot, steps),
-                _ => self.flights.go_on(k as u32, facet.arrival, fate, &mut ended),
+        let mut ended = |id: u32, end: Departure| {
+            let facet = &facets[id as usize];
+            let run = &runs[facet.run as usize];
+            if let Some((_, weight, _)) = arrival(facet) {
+                add_end(*detectors, run, facet.slot as usize, weight, end, slow);
             }
-        }
-        self.flights.land(&mut ended);
-        self.facets.clear();
+        };
+        strides.follow(field, exits.drain(..), |id, end| {
+            let facet = &facets[id as usize];
+            let steps = facet.steps.unwrap_or_default();
+            if let End::Free = end {
+                return fast.add_beam(facet.slot, steps);
+            }
+            let Some((arrival, _, wo)) = arrival(facet) else { return };
+            let ray = arrival.onward(wo);
+            let fate = match end {
+                End::Hit(struck) => Fate::Hit(field.meet(&ray, struck.cell, struck.upper)),
+                _ => walk.onward(&arrival, wo),
+            };
+            if wo.z > 0.0 && matches!(fate, Fate::Escaped(_)) {
+                fast.add_beam(facet.slot, steps);
+            } else {
+                flights.go_on(id, arrival, &fate, &mut ended);
+            }
+        });
+        flights.land(&mut ended);
+        facets.clear();
+        runs.clear();
     }
 }
 
-/// Counts the beam of one facet where it ended.
-fn add_end<D: Detectors + ?Sized>(detectors: &D, facet: &Doubtful, end: Departure, sum: &mut Accumulator) {
+/// A facet at its centroid in f64, its weight and mirror direction; `None` if it just faces away.
+fn arrival(walk: &Walk, run: &Run, facet: &Doubtful) -> Option<(Arrival, f64, DVec3)> {
+    let map = walk.field.map();
+    let cell = [run.column + facet.lane as usize, run.row];
+    let corners = walk.field.corners(cell[0], cell[1]).map(f64::from);
+    let slope = slopes::of_corners(corners, map.pitch_x, map.pitch_y)[usize::from(facet.upper)];
+    let Facing { weight, wo, .. } = facing(slope.0, slope.1, run.wi)?;
+    let (u, v) = if facet.upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
+    let third = corners[if facet.upper { 1 } else { 2 }];
+    let point = [cell[0] as f64 + u, cell[1] as f64 + v, (corners[0] + corners[3] + third) / 3.0];
+    Some((Arrival { point, facet: (cell, facet.upper), slope, back: run.wi, flip: [1.0; 2] }, weight, wo))
+}
+
+/// Counts the beam of one facet where it ended; `slot` is the detector of its own reflection.
+fn add_end<D: Detectors + ?Sized>(
+    detectors: &D,
+    run: &Run,
+    slot: usize,
+    weight: f64,
+    end: Departure,
+    sum: &mut Accumulator,
+) {
     let Some((wo, energy)) = end.escaped else {
-        sum.lost(facet.weight, end.lost);
+        sum.lost(weight, end.lost);
         return;
     };
-    let slot = facet.slot as usize;
     match detectors.slope_cells() {
-        Some(cells) if end.bounces == 1 && slot < cells.len() => sum.escaped(slot, 1, facet.weight, energy),
-        Some(_) if end.bounces == 1 => sum.core(facet.weight, energy),
+        Some(cells) if end.bounces == 1 && slot < cells.len() => sum.escaped(slot, 1, weight, energy),
+        Some(_) if end.bounces == 1 => sum.core(weight, energy),
         _ => {
-            let detector = detectors.index(facet.local, turned_back(wo, facet.turn));
-            sum.escaped(detector, end.bounces, facet.weight, energy);
+            let detector = detectors.index(run.local, turned_back(wo, run.turn));
+            sum.escaped(detector, end.bounces, weight, energy);
         }
     }
 }

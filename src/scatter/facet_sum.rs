@@ -142,7 +142,7 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
                     };
                     lanes.shine(self.level, &light, &ground, &self.walk.material, upper);
                     self.find_detectors(&run, &mut lanes);
-                    doubts.take(&run, upper, &mut lanes, slow, fast);
+                    doubts.take(&run, &light, upper, &mut lanes, slow, fast);
                     fast.add(&lanes);
                 }
             }
@@ -155,7 +155,7 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
         let from = quadrant(run.wi);
         (run.column..(run.column + RUN).min(field.cells()[0]))
             .step_by(SIDE)
-            .all(|column| run.wi.z > f64::from(field.outlooks([column, run.row])[from].sine))
+            .all(|column| run.wi.z > f64::from(field.clear_sines([column, run.row])[from]))
     }
 
     /// The detector of each facet's own reflection.
@@ -179,7 +179,7 @@ fn clear_sines(walk: &Walk, band: usize, columns: usize) -> [Vec<f32>; 4] {
     [0, 1, 2, 3].map(|quadrant| {
         let mut line = vec![2.0; columns];
         for column in (0..walk.field.cells()[0]).step_by(SIDE) {
-            line[column..column + SIDE].fill(walk.field.outlooks([column, band * SIDE])[quadrant].sine);
+            line[column..column + SIDE].fill(walk.field.clear_sines([column, band * SIDE])[quadrant]);
         }
         line
     })

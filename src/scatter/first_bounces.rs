@@ -8,8 +8,8 @@ use crate::facets::row_sight::RUN;
 /// Squares are of energies in steps of `2^-SQUARE_BITS`.
 const SQUARE_BITS: u32 = 18;
 
-/// Facets after which a sum of squares might overflow.
-const FULL: usize = 1 << (64 - 2 * (SQUARE_BITS + HEAVIEST_BITS));
+/// Facets after which a sum of squares might overflow, with room for beams that are added later than their facets.
+const FULL: usize = (1 << (64 - 2 * (SQUARE_BITS + HEAVIEST_BITS))) - (1 << 14);
 
 /// Facets of one slot: steps of energy, their squares, facets, beams. One cache access for all four.
 type Bin = [u64; 4];
@@ -70,6 +70,17 @@ impl FirstBounces {
         bin[1] += root * root;
         bin[3] += u64::from(weight > 0);
         self.weight += u64::from(weight);
+    }
+
+    /// Adds a ray of weight 1 and its energy in steps.
+    #[inline]
+    pub fn add_ray(&mut self, slot: u32, energy: u32) {
+        self.facets += 1;
+        if self.facets > FULL {
+            self.pour();
+            self.facets = 1;
+        }
+        self.add_beam(slot, [1 << STEP_BITS, energy]);
     }
 
     /// All that was added.

@@ -14,6 +14,7 @@ pub mod facet_sum;
 pub mod facing;
 pub mod first_bounces;
 pub mod flights;
+pub mod glints;
 pub mod hats;
 pub mod kirchhoff;
 pub mod lanes;

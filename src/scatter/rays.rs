@@ -6,19 +6,20 @@ use super::bounce::{Arrival, Departure, Walk};
 use super::cells::{CellLanes, HalfVectorCells};
 use super::detectors::Detectors;
 use super::facet_sum::{Azimuth, turned_back};
+use super::first_bounces::FirstBounces;
 use super::flights::Flights;
+use super::glints::{Glints, MANY};
+use super::lanes;
 use super::selection::Selection;
 use super::tally::CORE_SLOPE;
-use crate::facets::Packet;
-use crate::facets::visibility::Fate;
+use crate::facets::Strides;
+use crate::facets::packet::{End, Start};
 use crate::math::{direction, random::CounterRng};
+use fearless_simd::Level;
 use glam::DVec3;
 
 /// Rays per task.
 const BATCH: u64 = 1 << 14;
-
-/// Rays followed side by side.
-const TOGETHER: usize = 512;
 
 /// `E_k = (1/N) sum of w_j over the rays that end in k`, `w_j` the product of R(beta) over the bounces of ray j
 /// (physics of Westlund, Meyer and Hunt 2002, section 4.2.1).
@@ -36,45 +37,31 @@ pub fn trace_rays<D: Detectors + ?Sized>(
     seed: u64,
     selection: &Selection,
 ) -> Accumulator {
-    let light = |phi: f64, turn: f64| {
-        let wi = direction(theta_i, phi);
-        Light { beam: Beam::new(walk.field, wi, selection.footprint), turn, local: direction(theta_i, phi - turn) }
-    };
-    let (phi, turn) = azimuth.of(0.0);
-    let first = light(phi, turn);
-    let patches = Patches::new(rays, first.beam.aspect());
+    let light = |u: f64| Light::new(walk, theta_i, azimuth.of(u), selection);
+    let first = [light(0.0)];
+    let patches = Patches::new(rays, first[0].beam.aspect());
     let batches: Vec<u64> = (0..rays.div_ceil(BATCH)).filter(|&batch| selection.part.has(batch)).collect();
-    let new = || (Accumulator::new(detectors.len()), Shower::new(walk, detectors));
-    let desks = at_desks(&batches, new, |(sum, shower), &batch| {
+    let desks = at_desks(&batches, || Shower::new(walk, detectors), |shower, &batch| {
         let all = batch * BATCH..((batch + 1) * BATCH).min(rays);
         let mut row = patches.row_of(all.start);
-        let mut lights = Vec::new();
-        for some in all.clone().step_by(TOGETHER) {
-            let some = some..(some + TOGETHER as u64).min(all.end);
-            let mut aims = [[0.0; 3]; TOGETHER];
-            for (ray, aim) in some.clone().zip(&mut aims) {
+        let (mut aims, mut lights) = (Vec::with_capacity(MANY), Vec::new());
+        for from in all.clone().step_by(MANY) {
+            aims.clear();
+            lights.clear();
+            for ray in from..(from + MANY as u64).min(all.end) {
                 if ray == row.end {
                     row = patches.row_of(ray);
                 }
                 let [a, b, c, _] = CounterRng::four(seed, 1, ray);
-                let [x, y] = patches.point(&row, ray, [a, b]);
-                *aim = [x, y, c];
-            }
-            let aims = &aims[..(some.end - some.start) as usize];
-            match azimuth {
-                Azimuth::Fixed(_) => shower.fall(aims.iter().map(|&[x, y, _]| (&first, [x, y])), sum),
-                Azimuth::Averaged => {
-                    lights.clear();
-                    lights.extend(aims.iter().map(|aim| {
-                        let (phi, turn) = azimuth.of(aim[2]);
-                        light(phi, turn)
-                    }));
-                    shower.fall(lights.iter().zip(aims).map(|(light, &[x, y, _])| (light, [x, y])), sum);
+                aims.push(patches.point(&row, ray, [a, b]));
+                if azimuth == Azimuth::Averaged {
+                    lights.push(light(c));
                 }
             }
+            shower.fall(if lights.is_empty() { &first } else { &lights }, &aims);
         }
     });
-    let sums = desks.into_iter().map(|(sum, _)| sum);
+    let sums = desks.into_iter().map(Shower::sums);
     sums.reduce(Accumulator::merged).unwrap_or_else(|| Accumulator::new(detectors.len()))
 }
 
@@ -82,8 +69,26 @@ pub fn trace_rays<D: Detectors + ?Sized>(
 pub struct Light<'a> {
     pub beam: Beam<'a>,
     /// Turn into the frame of the detectors, and the direction to the source in it.
-    pub turn: f64,
-    pub local: DVec3,
+    turn: f64,
+    local: DVec3,
+    /// The same for lanes, and the way of its rays.
+    lanes: lanes::Light,
+    down: [f32; 3],
+}
+
+impl<'a> Light<'a> {
+    /// Light from `theta_i` and an azimuth with its turn into the frame of the detectors.
+    pub fn new(walk: &Walk<'a>, theta_i: f64, (phi, turn): (f64, f64), selection: &Selection) -> Self {
+        let wi = direction(theta_i, phi);
+        let map = walk.field.map();
+        Light {
+            beam: Beam::new(walk.field, wi, selection.footprint),
+            turn,
+            local: direction(theta_i, phi - turn),
+            lanes: lanes::Light::new(wi, turn, [map.pitch_x, map.pitch_y]),
+            down: wi.to_array().map(|x| -x as f32),
+        }
+    }
 }
 
 /// Rays that fall on a map together and are counted where they end.
@@ -91,41 +96,110 @@ pub struct Shower<'w, D: Detectors + ?Sized> {
     walk: &'w Walk<'w>,
     detectors: &'w D,
     cells: Option<CellLanes>,
-    packet: Packet,
+    level: Level,
+    strides: Strides,
+    glints: Box<Glints>,
     flights: Flights<'w>,
+    slow: Accumulator,
+    fast: FirstBounces,
 }
 
 impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
     /// No ray yet.
     pub fn new(walk: &'w Walk<'w>, detectors: &'w D) -> Self {
-        let cells = detectors.slope_cells().map(HalfVectorCells::lanes);
-        Shower { walk, detectors, cells, packet: Packet::default(), flights: Flights::new(walk) }
+        Shower {
+            walk,
+            detectors,
+            cells: detectors.slope_cells().map(HalfVectorCells::lanes),
+            level: Level::new(),
+            strides: Strides::default(),
+            glints: Box::default(),
+            flights: Flights::new(walk),
+            slow: Accumulator::new(detectors.len()),
+            fast: FirstBounces::new(detectors),
+        }
     }
 
-    /// Follows and counts rays, each from its light and aimed at a place in `[0, 1]^2` of what is lit.
-    pub fn fall<'l>(&mut self, rays: impl Iterator<Item = (&'l Light<'l>, [f64; 2])>, sum: &mut Accumulator) {
-        let field = self.walk.field;
-        let mut launched = Vec::with_capacity(TOGETHER);
-        for (light, u) in rays {
-            let aim = light.beam.aim(u);
-            if let Some((ray, flip)) = light.beam.launch(aim) {
-                self.packet.push(field, ray, None);
-                launched.push((light, aim, flip));
+    /// All that was counted.
+    pub fn sums(self) -> Accumulator {
+        self.slow.merged(self.fast.sums())
+    }
+
+    /// Follows and counts rays aimed at places in `[0, 1]^2` of what is lit, all of one light or each of its own; not more than
+    /// [`MANY`] at a time.
+    ///
+    /// Where a ray meets the surface, what the facet does with it and whether its beam is free is worked out side by side in f32;
+    /// what f32 cannot tell, and what meets the surface again, in f64.
+    pub fn fall(&mut self, lights: &[Light], aims: &[[f64; 2]]) {
+        debug_assert!(aims.len() <= MANY);
+        let Shower { walk, detectors, cells, level, strides, glints, flights, slow, fast } = self;
+        let field = walk.field;
+        let (map, [_, top]) = (field.map(), field.height_range());
+        let light = |k: u32| &lights[if lights.len() == 1 { 0 } else { k as usize }];
+        let (mut strange, mut unsure) = (Vec::new(), Vec::new());
+        let starts = aims.iter().zip(0..).filter_map(|(&u, id)| {
+            let beam = &light(id).beam;
+            let Some(start) = beam.start(beam.aim(u)) else {
+                strange.push(id);
+                return None;
+            };
+            let cell = start.map(|x| x as u32);
+            let at = [(start[0] - f64::from(cell[0])) as f32, (start[1] - f64::from(cell[1])) as f32];
+            Some(Start { id, cell, own: 0, at, z: top as f32, direction: light(id).down, end: f32::INFINITY })
+        });
+        glints.clear();
+        strides.follow(field, starts, |id, end| match end {
+            End::Hit(struck) if light(id).beam.lights(struck.cell) => {
+                glints.push(id, &light(id).lanes, struck, field.clear_sines(struck.cell));
+            }
+            End::Hit(_) => {}
+            End::Free | End::Unsure(_) => unsure.push(id),
+        });
+        let per_pitch = [map.pitch_x, map.pitch_y].map(|p| (1.0 / p) as f32);
+        glints.shine(*level, per_pitch, &walk.material);
+        match cells {
+            Some(cells) => glints.locate(*level, cells, detectors.len()),
+            None => {
+                for (k, &(id, _)) in glints.rays.iter().enumerate() {
+                    let wo = DVec3::from_array([0, 1, 2].map(|axis| f64::from(glints.wo[axis][k])));
+                    let Light { turn, local, .. } = light(id);
+                    glints.slot[k] = if wo.z > 0.0 { detectors.index(*local, turned_back(wo, *turn)) as u32 } else { 0 };
+                }
             }
         }
-        let mut struck = Vec::with_capacity(launched.len());
-        for (&(light, aim, flip), fate) in launched.iter().zip(self.packet.trace(field)) {
-            if let Fate::Hit(hit) = fate
-                && let Some(arrival) = light.beam.arrive(aim, flip, hit)
-            {
-                self.flights.start(struck.len() as u32, arrival);
-                struck.push((light, arrival));
+        let mut struck_again = Vec::new();
+        let exits = glints.rays.iter().enumerate().filter_map(|(k, (_, struck))| {
+            if glints.free[k] == 1 {
+                fast.add_ray(glints.slot[k], glints.energy[k]);
+                return None;
             }
+            let direction = [0, 1, 2].map(|axis| glints.wo[axis][k]);
+            let Some(end) = field.end_of_way(struck.cell, struck.z, direction) else {
+                fast.add_ray(glints.slot[k], glints.energy[k]);
+                return None;
+            };
+            let (own, cell) = (1 + u32::from(struck.upper), struck.cell.map(|c| c as u32));
+            Some(Start { id: k as u32, cell, own, at: struck.at, z: struck.z, direction, end })
+        });
+        let exits: Vec<Start> = exits.collect();
+        strides.follow(field, exits.into_iter(), |k, end| match end {
+            End::Free => fast.add_ray(glints.slot[k as usize], glints.energy[k as usize]),
+            _ => struck_again.push(k),
+        });
+        let first = struck_again.iter().filter_map(|&k| {
+            let (id, struck) = glints.rays[k as usize];
+            let arrival = light(id).beam.meet(aims[id as usize], struck.cell, struck.upper)?;
+            Some((id, arrival))
+        });
+        let strange = strange.iter().chain(&unsure);
+        let others = strange.filter_map(|&id| Some((id, light(id).beam.strike(aims[id as usize])?)));
+        let arrivals: Vec<(u32, Arrival)> = first.chain(others).collect();
+        for (k, (_, arrival)) in arrivals.iter().enumerate() {
+            flights.start(k as u32, *arrival);
         }
-        let (cells, detectors) = (&self.cells, self.detectors);
-        self.flights.land(&mut |number, end| {
-            let (light, arrival) = struck[number as usize];
-            count(cells.as_ref(), detectors, light, &arrival, end, sum);
+        flights.land(&mut |k, end| {
+            let (id, arrival) = &arrivals[k as usize];
+            count(cells.as_ref(), *detectors, light(*id), arrival, end, slow);
         });
     }
 }
