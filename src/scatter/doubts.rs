@@ -2,13 +2,14 @@
 
 use super::accumulator::Accumulator;
 use super::bounce::{Arrival, Departure, Walk};
+use super::cascade::Cascade;
 use super::detectors::Detectors;
 use super::facet_sum::turned_back;
 use super::facing::{Facing, facing};
-use super::first_bounces::FirstBounces;
+use super::quick_sums::QuickSums;
 use super::flights::Flights;
 use super::lanes::{self, Glance, Lanes, Light};
-use crate::facets::packet::{End, Start};
+use crate::facets::packet::{End, Start, Struck};
 use crate::facets::visibility::Fate;
 use crate::facets::{Strides, slopes};
 use glam::DVec3;
@@ -51,8 +52,8 @@ pub struct Doubts<'w, D: Detectors + ?Sized> {
     facets: Vec<Doubtful>,
     /// Ways to the source, and out.
     sources: Vec<Start>,
-    exits: Vec<Start>,
     strides: Strides,
+    cascade: Cascade,
     flights: Flights<'w>,
 }
 
@@ -65,8 +66,8 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
             runs: Vec::new(),
             facets: Vec::new(),
             sources: Vec::new(),
-            exits: Vec::new(),
             strides: Strides::default(),
+            cascade: Cascade::default(),
             flights: Flights::new(walk),
         }
     }
@@ -79,7 +80,7 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
         upper: bool,
         lanes: &mut Lanes,
         slow: &mut Accumulator,
-        fast: &mut FirstBounces,
+        fast: &mut QuickSums,
     ) {
         let before = self.facets.len();
         for group in 0..lanes.doubt.len() / 8 {
@@ -108,7 +109,7 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
         k: usize,
         upper: bool,
         lanes: &mut Lanes,
-        fast: &mut FirstBounces,
+        fast: &mut QuickSums,
     ) {
         let field = self.walk.field;
         let cell = [run.column + k, run.row];
@@ -126,33 +127,30 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
             light.wi
         };
         let z = (a + d + third) * (1.0 / 3.0);
-        let end = match field.end_of_way(cell, z, direction) {
-            Some(end) => end,
-            None if is_lit => return fast.add_beam(slot, steps),
-            None => 0.0,
-        };
-        let start = Start {
-            id: self.facets.len() as u32,
-            cell: cell.map(|c| c as u32),
-            own: 1 + u32::from(upper),
-            at,
-            z,
-            direction,
-            end,
-        };
-        (if is_lit { &mut self.exits } else { &mut self.sources }).push(start);
+        let id = self.facets.len() as u32;
+        if is_lit {
+            let facet = Struck { cell, upper, at, z, rise: [0.0; 2] };
+            let reflectance = steps[1] as f32 / steps[0].max(1) as f32;
+            if !self.cascade.push(self.walk, id, &facet, direction, reflectance) {
+                return fast.add_beam(1, slot, steps);
+            }
+        } else {
+            let end = field.end_of_way(cell, z, direction).unwrap_or(0.0);
+            let (cell, own) = (cell.map(|c| c as u32), 1 + u32::from(upper));
+            self.sources.push(Start { id, cell, own, at, z, direction, end });
+        }
         let (run, lane) = (self.runs.len() as u32, k as u32);
         self.facets.push(Doubtful { run, lane, upper, steps: is_lit.then_some(steps), slot });
     }
 
     /// Answers all questions.
-    pub fn answer(&mut self, slow: &mut Accumulator, fast: &mut FirstBounces) {
-        let Doubts { walk, detectors, runs, facets, sources, exits, strides, flights } = self;
+    pub fn answer(&mut self, slow: &mut Accumulator, fast: &mut QuickSums) {
+        let Doubts { walk, detectors, runs, facets, sources, strides, cascade, flights } = self;
         let field = walk.field;
         let arrival = |facet: &Doubtful| arrival(walk, &runs[facet.run as usize], facet);
         strides.follow(field, sources.drain(..), |id, end| {
             let facet = &facets[id as usize];
-            let Some((arrival, weight, _)) = arrival(facet) else { return };
+            let Some((arrival, weight)) = arrival(facet) else { return };
             let hidden = match end {
                 End::Free => false,
                 End::Hit(_) => true,
@@ -164,48 +162,55 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
                 flights.start(id, arrival);
             }
         });
-        let mut ended = |id: u32, end: Departure| {
+        cascade.land(walk, |id, freed| {
             let facet = &facets[id as usize];
-            let run = &runs[facet.run as usize];
-            if let Some((_, weight, _)) = arrival(facet) {
-                add_end(*detectors, run, facet.slot as usize, weight, end, slow);
-            }
-        };
-        strides.follow(field, exits.drain(..), |id, end| {
-            let facet = &facets[id as usize];
-            let steps = facet.steps.unwrap_or_default();
-            if let End::Free = end {
-                return fast.add_beam(facet.slot, steps);
-            }
-            let Some((arrival, _, wo)) = arrival(facet) else { return };
-            let ray = arrival.onward(wo);
-            let fate = match end {
-                End::Hit(struck) => Fate::Hit(field.meet(&ray, struck.cell, struck.upper)),
-                _ => walk.onward(&arrival, wo),
-            };
-            if wo.z > 0.0 && matches!(fate, Fate::Escaped(_)) {
-                fast.add_beam(facet.slot, steps);
-            } else {
-                flights.go_on(id, arrival, &fate, &mut ended);
+            let [weight, energy] = facet.steps.unwrap_or_default();
+            match freed {
+                Some(beam) if beam.bounces == 1 => fast.add_beam(1, facet.slot, [weight, energy]),
+                Some(beam) => {
+                    let run = &runs[facet.run as usize];
+                    let detector = detectors.index(run.local, turned_back(unit(beam.wo), run.turn));
+                    let energy = (f64::from(weight) * f64::from(beam.energy)).round() as u32;
+                    fast.add_beam(beam.bounces, detector as u32, [weight, energy]);
+                }
+                None => {
+                    if let Some((arrival, _)) = arrival(facet) {
+                        flights.start(id, arrival);
+                    }
+                }
             }
         });
-        flights.land(&mut ended);
+        flights.land(&mut |id, end| {
+            let facet = &facets[id as usize];
+            if let (Some([weight, energy]), 1, Some(_)) = (facet.steps, end.bounces, end.escaped) {
+                return fast.add_beam(1, facet.slot, [weight, energy]);
+            }
+            if let Some((_, weight)) = arrival(facet) {
+                add_end(*detectors, &runs[facet.run as usize], facet.slot as usize, weight, end, slow);
+            }
+        });
         facets.clear();
         runs.clear();
     }
 }
 
-/// A facet at its centroid in f64, its weight and mirror direction; `None` if it just faces away.
-fn arrival(walk: &Walk, run: &Run, facet: &Doubtful) -> Option<(Arrival, f64, DVec3)> {
+/// A direction in f32 as one of length 1.
+#[inline]
+pub fn unit(w: [f32; 3]) -> DVec3 {
+    DVec3::from_array(w.map(f64::from)).normalize()
+}
+
+/// A facet at its centroid in f64, and its weight; `None` if it just faces away.
+fn arrival(walk: &Walk, run: &Run, facet: &Doubtful) -> Option<(Arrival, f64)> {
     let map = walk.field.map();
     let cell = [run.column + facet.lane as usize, run.row];
     let corners = walk.field.corners(cell[0], cell[1]).map(f64::from);
     let slope = slopes::of_corners(corners, map.pitch_x, map.pitch_y)[usize::from(facet.upper)];
-    let Facing { weight, wo, .. } = facing(slope.0, slope.1, run.wi)?;
+    let Facing { weight, .. } = facing(slope.0, slope.1, run.wi)?;
     let (u, v) = if facet.upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
     let third = corners[if facet.upper { 1 } else { 2 }];
     let point = [cell[0] as f64 + u, cell[1] as f64 + v, (corners[0] + corners[3] + third) / 3.0];
-    Some((Arrival { point, facet: (cell, facet.upper), slope, back: run.wi, flip: [1.0; 2] }, weight, wo))
+    Some((Arrival { point, facet: (cell, facet.upper), slope, back: run.wi, flip: [1.0; 2] }, weight))
 }
 
 /// Counts the beam of one facet where it ended; `slot` is the detector of its own reflection.

@@ -5,7 +5,7 @@ use super::bounce::Walk;
 use super::detectors::Detectors;
 use super::doubts::{Doubts, Run};
 use super::facing::facing;
-use super::first_bounces::FirstBounces;
+use super::quick_sums::QuickSums;
 use super::lanes::{Ground, Lanes, Light};
 use super::selection::{Footprint, Selection};
 use crate::facets::blocks::SIDE;
@@ -70,7 +70,7 @@ pub fn facet_sum<D: Detectors + ?Sized>(
     let lit = selection.lit(walk.field.cells());
     let bands = (lit.rows[0] / SIDE..lit.rows[1].div_ceil(SIDE)).filter(|&band| selection.part.has(band as u64));
     let bands: Vec<usize> = bands.collect();
-    let new = || (Accumulator::new(detectors.len()), FirstBounces::new(detectors), Doubts::new(walk, detectors));
+    let new = || (Accumulator::new(detectors.len()), QuickSums::new(detectors), Doubts::new(walk, detectors));
     let desks = at_desks(&bands, new, |(slow, fast, doubts), &band| {
         sum.add_band(band, lit, slow, fast, doubts);
         doubts.answer(slow, fast);
@@ -95,7 +95,7 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
         band: usize,
         lit: Footprint,
         slow: &mut Accumulator,
-        fast: &mut FirstBounces,
+        fast: &mut QuickSums,
         doubts: &mut Doubts<D>,
     ) {
         let field = self.walk.field;

@@ -26,19 +26,6 @@ impl<'w> Flights<'w> {
         self.arrived.push((number, Flight::new(arrival)));
     }
 
-    /// Adds a beam at its first facet whose way from there is known.
-    pub fn go_on(&mut self, number: u32, arrival: Arrival, fate: &Fate, ended: &mut impl FnMut(u32, Departure)) {
-        let mut flight = Flight::new(arrival);
-        let end = match flight.reflect(self.walk) {
-            ControlFlow::Continue(()) => flight.meet(fate),
-            end => end,
-        };
-        match end {
-            ControlFlow::Break(end) => ended(number, end),
-            ControlFlow::Continue(()) => self.arrived.push((number, flight)),
-        }
-    }
-
     /// Follows all beams to their ends.
     pub fn land(&mut self, ended: &mut impl FnMut(u32, Departure)) {
         let field = self.walk.field;

@@ -1,56 +1,54 @@
 //! Facets that rays have met, worked out side by side.
 
 use super::cells::CellLanes;
-use super::lanes::{Conductor, Dielectric, Glance, Light, Mirror, Reflect, clear_towards, slots, steps};
+use super::lanes::{Conductor, Dielectric, Glance, Mirror, Reflect, clear_towards, slots};
 use crate::facets::packet::Struck;
 use crate::optics::Material;
 use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 
-/// Rays at a time.
-pub const MANY: usize = 512;
+/// Facets of one round of the lanes.
+const ROUND: usize = 64;
 
-type Lane<T> = [T; MANY];
+type Lane<T> = [T; ROUND];
 
 /// What the facets that rays met do with their light.
 pub struct Glints {
+    level: Level,
     n: usize,
+    rounds: Vec<Round>,
     /// Numbers of the rays and the facets they met, in the order in which they were added.
     pub rays: Vec<(u32, Struck)>,
+}
+
+struct Round {
     rise: [Lane<f32>; 2],
     wi: [Lane<f32>; 3],
-    turn: [Lane<f32>; 2],
     clear: [Lane<f32>; 4],
-    /// Slopes in the frame of the detectors.
-    p: Lane<f32>,
-    q: Lane<f32>,
-    /// Mirror directions in the frame of the map.
-    pub wo: [Lane<f32>; 3],
-    /// Reflectance in steps.
-    pub energy: Lane<u32>,
-    /// Half-vector cell; behind the last cell one for the specular core.
-    pub slot: Lane<u32>,
+    turn: [Lane<f32>; 2],
+    /// Slopes, turned; mirror directions in the frame of the map.
+    slope: [Lane<f32>; 2],
+    wo: [Lane<f32>; 3],
+    reflectance: Lane<f32>,
     /// 1 if nothing can stand in the way of the reflected beam.
-    pub free: Lane<u32>,
+    free: Lane<u32>,
+    slot: Lane<u32>,
+}
+
+/// What one facet does.
+#[derive(Debug, Clone, Copy)]
+pub struct Glint {
+    pub wo: [f32; 3],
+    pub reflectance: f32,
+    /// Whether nothing can stand in the way of the reflected beam.
+    pub is_free: bool,
+    /// As [`Glints::locate`] found it.
+    pub slot: u32,
 }
 
 impl Default for Glints {
     fn default() -> Self {
-        let f = [0.0; MANY];
-        Glints {
-            n: 0,
-            rays: Vec::with_capacity(MANY),
-            rise: [f; 2],
-            wi: [f; 3],
-            turn: [f; 2],
-            clear: [f; 4],
-            p: f,
-            q: f,
-            wo: [f; 3],
-            energy: [0; MANY],
-            slot: [0; MANY],
-            free: [0; MANY],
-        }
+        Glints { level: Level::new(), n: 0, rounds: Vec::new(), rays: Vec::new() }
     }
 }
 
@@ -61,57 +59,84 @@ impl Glints {
         self.rays.clear();
     }
 
-    /// Adds ray `number` of `light`, which met a facet of a block with these `HeightField::clear_sines`.
+    /// Adds ray `number` with light from `wi`, which met a facet of a block with these `HeightField::clear_sines`; `turn` are cosine
+    /// and sine of the turn into the frame of the detectors.
     #[inline]
-    pub fn push(&mut self, number: u32, light: &Light, struck: Struck, clear: &[f32; 4]) {
-        let k = self.n % MANY;
+    pub fn push(&mut self, number: u32, wi: [f32; 3], turn: [f32; 2], struck: Struck, clear: &[f32; 4]) {
+        let k = self.n % ROUND;
+        if self.n / ROUND == self.rounds.len() {
+            let f = [0.0; ROUND];
+            let (free, slot) = ([0; ROUND], [0; ROUND]);
+            let (rise, wi, clear, turn, slope, wo) = ([f; 2], [f; 3], [f; 4], [f; 2], [f; 2], [f; 3]);
+            self.rounds.push(Round { rise, wi, clear, turn, slope, wo, reflectance: f, free, slot });
+        }
+        let round = &mut self.rounds[self.n / ROUND];
         self.n += 1;
         for axis in 0..2 {
-            self.rise[axis][k] = struck.rise[axis];
-            self.turn[axis][k] = light.turn[axis];
+            round.rise[axis][k] = struck.rise[axis];
+            round.turn[axis][k] = turn[axis];
         }
         for axis in 0..3 {
-            self.wi[axis][k] = light.wi[axis];
+            round.wi[axis][k] = wi[axis];
         }
         for quadrant in 0..4 {
-            self.clear[quadrant][k] = clear[quadrant];
+            round.clear[quadrant][k] = clear[quadrant];
         }
         self.rays.push((number, struck));
     }
 
     /// Works out all facets.
-    pub fn shine(&mut self, level: Level, per_pitch: [f32; 2], material: &Material) {
-        match *material {
-            Material::Mirror => dispatch!(level, simd => shine(simd, per_pitch, Mirror, self)),
-            Material::Dielectric { n } => dispatch!(level, simd => shine(simd, per_pitch, Dielectric(n as f32), self)),
-            Material::Conductor { n, k } => {
-                dispatch!(level, simd => shine(simd, per_pitch, Conductor(n as f32, k as f32), self));
+    pub fn shine(&mut self, per_pitch: [f32; 2], material: &Material) {
+        let level = self.level;
+        for round in &mut self.rounds[..self.n.div_ceil(ROUND)] {
+            match *material {
+                Material::Mirror => dispatch!(level, simd => shine(simd, per_pitch, Mirror, round)),
+                Material::Dielectric { n } => {
+                    dispatch!(level, simd => shine(simd, per_pitch, Dielectric(n as f32), round));
+                }
+                Material::Conductor { n, k } => {
+                    dispatch!(level, simd => shine(simd, per_pitch, Conductor(n as f32, k as f32), round));
+                }
             }
         }
     }
 
-    /// Finds the slots of all facets among half-vector cells.
-    pub fn locate(&mut self, level: Level, at: &CellLanes, cells: usize) {
-        let behind = cells as u32;
-        dispatch!(level, simd => slots(simd, &self.p, &self.q, |p, q| at.locate(p, q), behind, &mut self.slot));
+    /// Finds the slots of all facets among half-vector cells; behind them lies the one of the specular core.
+    pub fn locate(&mut self, at: &CellLanes, cells: usize) {
+        let (level, behind) = (self.level, cells as u32);
+        for Round { slope: [p, q], slot, .. } in &mut self.rounds[..self.n.div_ceil(ROUND)] {
+            dispatch!(level, simd => slots(simd, p, q, |p, q| at.locate(p, q), behind, slot));
+        }
+    }
+
+    /// What facet number `k` does.
+    #[inline]
+    pub fn get(&self, k: usize) -> Glint {
+        let (round, k) = (&self.rounds[k / ROUND], k % ROUND);
+        Glint {
+            wo: [round.wo[0][k], round.wo[1][k], round.wo[2][k]],
+            reflectance: round.reflectance[k],
+            is_free: round.free[k] == 1,
+            slot: round.slot[k],
+        }
     }
 }
 
 #[simd]
-fn shine<S: Simd, R: Reflect>(_: S, [px, py]: [f32; 2], reflect: R, glints: &mut Glints) {
-    for i in 0..MANY {
+fn shine<S: Simd, R: Reflect>(_: S, [px, py]: [f32; 2], reflect: R, round: &mut Round) {
+    for i in 0..ROUND {
         // Rows grow against y.
-        let (p, q) = (glints.rise[0][i] * px, -glints.rise[1][i] * py);
-        let glance = Glance::new([glints.wi[0][i], glints.wi[1][i], glints.wi[2][i]], p, q);
+        let (p, q) = (round.rise[0][i] * px, -round.rise[1][i] * py);
+        let glance = Glance::new([round.wi[0][i], round.wi[1][i], round.wi[2][i]], p, q);
         let [x, y, z] = glance.wo;
-        let [c0, c1, c2, c3] = [glints.clear[0][i], glints.clear[1][i], glints.clear[2][i], glints.clear[3][i]];
-        let [cos, sin] = [glints.turn[0][i], glints.turn[1][i]];
-        glints.p[i] = cos * p + sin * q;
-        glints.q[i] = cos * q - sin * p;
-        glints.wo[0][i] = x;
-        glints.wo[1][i] = y;
-        glints.wo[2][i] = z;
-        glints.energy[i] = steps(reflect.at(glance.cos_beta));
-        glints.free[i] = u32::from(z >= clear_towards(x, y, [c0, c1, c2, c3]));
+        let [c0, c1, c2, c3] = [round.clear[0][i], round.clear[1][i], round.clear[2][i], round.clear[3][i]];
+        let [cos, sin] = [round.turn[0][i], round.turn[1][i]];
+        round.slope[0][i] = cos * p + sin * q;
+        round.slope[1][i] = cos * q - sin * p;
+        round.wo[0][i] = x;
+        round.wo[1][i] = y;
+        round.wo[2][i] = z;
+        round.reflectance[i] = reflect.at(glance.cos_beta);
+        round.free[i] = u32::from(z >= clear_towards(x, y, [c0, c1, c2, c3]));
     }
 }

@@ -3,23 +3,27 @@
 use super::accumulator::{Accumulator, at_desks};
 use super::beam::Beam;
 use super::bounce::{Arrival, Departure, Walk};
+use super::cascade::Cascade;
 use super::cells::{CellLanes, HalfVectorCells};
 use super::detectors::Detectors;
+use super::doubts::unit;
 use super::facet_sum::{Azimuth, turned_back};
-use super::first_bounces::FirstBounces;
+use super::quick_sums::QuickSums;
 use super::flights::Flights;
-use super::glints::{Glints, MANY};
+use super::glints::{Glint, Glints};
 use super::lanes;
 use super::selection::Selection;
 use super::tally::CORE_SLOPE;
 use crate::facets::Strides;
 use crate::facets::packet::{End, Start};
 use crate::math::{direction, random::CounterRng};
-use fearless_simd::Level;
 use glam::DVec3;
 
 /// Rays per task.
 const BATCH: u64 = 1 << 14;
+
+/// Rays followed together.
+const TOGETHER: usize = 512;
 
 /// `E_k = (1/N) sum of w_j over the rays that end in k`, `w_j` the product of R(beta) over the bounces of ray j
 /// (physics of Westlund, Meyer and Hunt 2002, section 4.2.1).
@@ -44,11 +48,11 @@ pub fn trace_rays<D: Detectors + ?Sized>(
     let desks = at_desks(&batches, || Shower::new(walk, detectors), |shower, &batch| {
         let all = batch * BATCH..((batch + 1) * BATCH).min(rays);
         let mut row = patches.row_of(all.start);
-        let (mut aims, mut lights) = (Vec::with_capacity(MANY), Vec::new());
-        for from in all.clone().step_by(MANY) {
+        let (mut aims, mut lights) = (Vec::with_capacity(TOGETHER), Vec::new());
+        for from in all.clone().step_by(TOGETHER) {
             aims.clear();
             lights.clear();
-            for ray in from..(from + MANY as u64).min(all.end) {
+            for ray in from..(from + TOGETHER as u64).min(all.end) {
                 if ray == row.end {
                     row = patches.row_of(ray);
                 }
@@ -96,12 +100,12 @@ pub struct Shower<'w, D: Detectors + ?Sized> {
     walk: &'w Walk<'w>,
     detectors: &'w D,
     cells: Option<CellLanes>,
-    level: Level,
     strides: Strides,
-    glints: Box<Glints>,
+    glints: Glints,
+    cascade: Cascade,
     flights: Flights<'w>,
     slow: Accumulator,
-    fast: FirstBounces,
+    fast: QuickSums,
 }
 
 impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
@@ -111,12 +115,12 @@ impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
             walk,
             detectors,
             cells: detectors.slope_cells().map(HalfVectorCells::lanes),
-            level: Level::new(),
             strides: Strides::default(),
-            glints: Box::default(),
+            glints: Glints::default(),
+            cascade: Cascade::default(),
             flights: Flights::new(walk),
             slow: Accumulator::new(detectors.len()),
-            fast: FirstBounces::new(detectors),
+            fast: QuickSums::new(detectors),
         }
     }
 
@@ -125,14 +129,12 @@ impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
         self.slow.merged(self.fast.sums())
     }
 
-    /// Follows and counts rays aimed at places in `[0, 1]^2` of what is lit, all of one light or each of its own; not more than
-    /// [`MANY`] at a time.
+    /// Follows and counts rays aimed at places in `[0, 1]^2` of what is lit, all of one light or each of its own.
     ///
     /// Where a ray meets the surface, what the facet does with it and whether its beam is free is worked out side by side in f32;
     /// what f32 cannot tell, and what meets the surface again, in f64.
     pub fn fall(&mut self, lights: &[Light], aims: &[[f64; 2]]) {
-        debug_assert!(aims.len() <= MANY);
-        let Shower { walk, detectors, cells, level, strides, glints, flights, slow, fast } = self;
+        let Shower { walk, detectors, cells, strides, glints, cascade, flights, slow, fast } = self;
         let field = walk.field;
         let (map, [_, top]) = (field.map(), field.height_range());
         let light = |k: u32| &lights[if lights.len() == 1 { 0 } else { k as usize }];
@@ -150,50 +152,40 @@ impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
         glints.clear();
         strides.follow(field, starts, |id, end| match end {
             End::Hit(struck) if light(id).beam.lights(struck.cell) => {
-                glints.push(id, &light(id).lanes, struck, field.clear_sines(struck.cell));
+                let lanes::Light { wi, turn, .. } = light(id).lanes;
+                glints.push(id, wi, turn, struck, field.clear_sines(struck.cell));
             }
             End::Hit(_) => {}
             End::Free | End::Unsure(_) => unsure.push(id),
         });
-        let per_pitch = [map.pitch_x, map.pitch_y].map(|p| (1.0 / p) as f32);
-        glints.shine(*level, per_pitch, &walk.material);
-        match cells {
-            Some(cells) => glints.locate(*level, cells, detectors.len()),
-            None => {
-                for (k, &(id, _)) in glints.rays.iter().enumerate() {
-                    let wo = DVec3::from_array([0, 1, 2].map(|axis| f64::from(glints.wo[axis][k])));
-                    let Light { turn, local, .. } = light(id);
-                    glints.slot[k] = if wo.z > 0.0 { detectors.index(*local, turned_back(wo, *turn)) as u32 } else { 0 };
-                }
+        glints.shine([map.pitch_x, map.pitch_y].map(|p| (1.0 / p) as f32), &walk.material);
+        if let Some(cells) = cells {
+            glints.locate(cells, detectors.len());
+        }
+        let index = |id: u32, wo: [f32; 3]| {
+            let Light { turn, local, .. } = light(id);
+            detectors.index(*local, turned_back(unit(wo), *turn)) as u32
+        };
+        let slot = |id: u32, glint: &Glint| if cells.is_some() { glint.slot } else { index(id, glint.wo) };
+        for (k, (id, struck)) in glints.rays.iter().enumerate() {
+            let glint = glints.get(k);
+            if glint.is_free || !cascade.push(walk, k as u32, struck, glint.wo, glint.reflectance) {
+                fast.add_ray(1, slot(*id, &glint), glint.reflectance);
             }
         }
-        let mut struck_again = Vec::new();
-        let exits = glints.rays.iter().enumerate().filter_map(|(k, (_, struck))| {
-            if glints.free[k] == 1 {
-                fast.add_ray(glints.slot[k], glints.energy[k]);
-                return None;
+        cascade.land(walk, |k, freed| {
+            let (id, _) = glints.rays[k as usize];
+            match freed {
+                Some(beam) if beam.bounces == 1 => {
+                    fast.add_ray(1, slot(id, &glints.get(k as usize)), beam.energy);
+                }
+                Some(beam) => fast.add_ray(beam.bounces, index(id, beam.wo), beam.energy),
+                None => unsure.push(id),
             }
-            let direction = [0, 1, 2].map(|axis| glints.wo[axis][k]);
-            let Some(end) = field.end_of_way(struck.cell, struck.z, direction) else {
-                fast.add_ray(glints.slot[k], glints.energy[k]);
-                return None;
-            };
-            let (own, cell) = (1 + u32::from(struck.upper), struck.cell.map(|c| c as u32));
-            Some(Start { id: k as u32, cell, own, at: struck.at, z: struck.z, direction, end })
-        });
-        let exits: Vec<Start> = exits.collect();
-        strides.follow(field, exits.into_iter(), |k, end| match end {
-            End::Free => fast.add_ray(glints.slot[k as usize], glints.energy[k as usize]),
-            _ => struck_again.push(k),
-        });
-        let first = struck_again.iter().filter_map(|&k| {
-            let (id, struck) = glints.rays[k as usize];
-            let arrival = light(id).beam.meet(aims[id as usize], struck.cell, struck.upper)?;
-            Some((id, arrival))
         });
         let strange = strange.iter().chain(&unsure);
         let others = strange.filter_map(|&id| Some((id, light(id).beam.strike(aims[id as usize])?)));
-        let arrivals: Vec<(u32, Arrival)> = first.chain(others).collect();
+        let arrivals: Vec<(u32, Arrival)> = others.collect();
         for (k, (_, arrival)) in arrivals.iter().enumerate() {
             flights.start(k as u32, *arrival);
         }
