@@ -230,8 +230,7 @@ impl Blocks {
         let ragged = repeated && (nx % SIDE != 0 || ny % SIDE != 0);
         let small = ragged && nx.min(ny) < (SIDE << RINGS);
         let none = Climb { x: 0.0, y: 0.0, sum: 0.0 };
-        let mut outlooks =
-            vec![[Outlook { climb: none, farther: none, tops: [highest; RINGS] }; 4]; self.blocks.len()];
+        let mut outlooks = vec![[Outlook { climb: none, farther: none, tops: [highest; RINGS] }; 4]; self.blocks.len()];
         for quadrant in 0..4 {
             let step = [if quadrant & 1 == 1 { 1 } else { -1 }, if quadrant & 2 == 2 { -1 } else { 1 }];
             let mut climbs: Vec<Climb> = self.blocks.iter().map(|b| b.climb(quadrant)).collect();

@@ -6,9 +6,9 @@ use super::cascade::Cascade;
 use super::detectors::Detectors;
 use super::facet_sum::turned_back;
 use super::facing::{Facing, facing};
-use super::quick_sums::QuickSums;
 use super::flights::Flights;
 use super::lanes::{self, Glance, Lanes, Light};
+use super::quick_sums::QuickSums;
 use crate::facets::packet::{End, Start, Struck};
 use crate::facets::visibility::Fate;
 use crate::facets::{Strides, slopes};
@@ -102,15 +102,7 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
         }
     }
 
-    fn take_one(
-        &mut self,
-        run: &Run,
-        light: &Light,
-        k: usize,
-        upper: bool,
-        lanes: &mut Lanes,
-        fast: &mut QuickSums,
-    ) {
+    fn take_one(&mut self, run: &Run, light: &Light, k: usize, upper: bool, lanes: &mut Lanes, fast: &mut QuickSums) {
         let field = self.walk.field;
         let cell = [run.column + k, run.row];
         let [a, b, c, d] = field.corners(cell[0], cell[1]);

@@ -8,10 +8,10 @@ use super::cells::{CellLanes, HalfVectorCells};
 use super::detectors::Detectors;
 use super::doubts::unit;
 use super::facet_sum::{Azimuth, turned_back};
-use super::quick_sums::QuickSums;
 use super::flights::Flights;
 use super::glints::{Glint, Glints};
 use super::lanes;
+use super::quick_sums::QuickSums;
 use super::selection::Selection;
 use super::tally::CORE_SLOPE;
 use crate::facets::Strides;
@@ -45,26 +45,30 @@ pub fn trace_rays<D: Detectors + ?Sized>(
     let first = [light(0.0)];
     let patches = Patches::new(rays, first[0].beam.aspect());
     let batches: Vec<u64> = (0..rays.div_ceil(BATCH)).filter(|&batch| selection.part.has(batch)).collect();
-    let desks = at_desks(&batches, || Shower::new(walk, detectors), |shower, &batch| {
-        let all = batch * BATCH..((batch + 1) * BATCH).min(rays);
-        let mut row = patches.row_of(all.start);
-        let (mut aims, mut lights) = (Vec::with_capacity(TOGETHER), Vec::new());
-        for from in all.clone().step_by(TOGETHER) {
-            aims.clear();
-            lights.clear();
-            for ray in from..(from + TOGETHER as u64).min(all.end) {
-                if ray == row.end {
-                    row = patches.row_of(ray);
+    let desks = at_desks(
+        &batches,
+        || Shower::new(walk, detectors),
+        |shower, &batch| {
+            let all = batch * BATCH..((batch + 1) * BATCH).min(rays);
+            let mut row = patches.row_of(all.start);
+            let (mut aims, mut lights) = (Vec::with_capacity(TOGETHER), Vec::new());
+            for from in all.clone().step_by(TOGETHER) {
+                aims.clear();
+                lights.clear();
+                for ray in from..(from + TOGETHER as u64).min(all.end) {
+                    if ray == row.end {
+                        row = patches.row_of(ray);
+                    }
+                    let [a, b, c, _] = CounterRng::four(seed, 1, ray);
+                    aims.push(patches.point(&row, ray, [a, b]));
+                    if azimuth == Azimuth::Averaged {
+                        lights.push(light(c));
+                    }
                 }
-                let [a, b, c, _] = CounterRng::four(seed, 1, ray);
-                aims.push(patches.point(&row, ray, [a, b]));
-                if azimuth == Azimuth::Averaged {
-                    lights.push(light(c));
-                }
+                shower.fall(if lights.is_empty() { &first } else { &lights }, &aims);
             }
-            shower.fall(if lights.is_empty() { &first } else { &lights }, &aims);
-        }
-    });
+        },
+    );
     let sums = desks.into_iter().map(Shower::sums);
     sums.reduce(Accumulator::merged).unwrap_or_else(|| Accumulator::new(detectors.len()))
 }
