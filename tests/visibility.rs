@@ -5,7 +5,7 @@ use asperity::facets::{Packet, slopes};
 use asperity::heightmap::{Edges, HeightMap, synth};
 use asperity::math::{direction, frame, random::CounterRng};
 use glam::DVec3;
-use ndarray::Array2;
+use ndarray::{Array2, s};
 
 fn rough(width: usize, height: usize, edges: Edges, gaps: bool) -> HeightMap {
     let mut rng = CounterRng::new(11, 0, 0);
@@ -160,6 +160,9 @@ fn surfaces() -> Vec<(&'static str, HeightMap)> {
     let grid = synth::Grid { width: 150, height: 110, pitch: [1.0, 1.7] };
     let smooth = synth::gaussian(grid, synth::Gaussian { sq: 2.0, acl: 12.0, seed: 4, exact: true }).unwrap();
     let smooth = smooth.heights.mapv(|h| h as f32);
+    let whole = synth::Grid { width: 96, height: 64, pitch: [1.0, 1.7] };
+    let whole = synth::gaussian(whole, synth::Gaussian { sq: 2.5, acl: 12.0, seed: 5, exact: true }).unwrap();
+    let whole_blocks = whole.heights.mapv(|h| h as f32);
     let map = |heights: Array2<f32>, edges| HeightMap {
         heights,
         pitch_x: 1.0,
@@ -173,6 +176,8 @@ fn surfaces() -> Vec<(&'static str, HeightMap)> {
     vec![
         ("smooth, open", with(&|_, _, h| h, Edges::Open)),
         ("smooth, periodic", with(&|_, _, h| h, Edges::Periodic)),
+        ("smooth, periodic in whole blocks", map(whole_blocks.clone(), Edges::Periodic)),
+        ("smooth, periodic in few blocks", map(whole_blocks.slice(s![..16, ..24]).to_owned(), Edges::Periodic)),
         ("smooth, mirrored", with(&|_, _, h| h, Edges::Mirrored)),
         ("far from zero", with(&|_, _, h| 1e4 + h, Edges::Periodic)),
         ("one spike", with(&|r, c, h| if (r, c) == (50, 70) { h + 100.0 } else { h }, Edges::Periodic)),
@@ -195,6 +200,18 @@ fn reflected(hit: &Hit, d: DVec3) -> (Ray, Option<([usize; 2], bool)>) {
     (Ray { column: hit.column, row: hit.row, z: hit.z, direction }, Some((hit.cell, hit.upper)))
 }
 
+/// The same facet, met at the same place but for the rounding of places several tiles away.
+fn are_same(a: &Fate, b: &Fate) -> bool {
+    match (a, b) {
+        (Fate::Hit(a), Fate::Hit(b)) => {
+            let apart = [a.column - b.column, a.row - b.row, (a.z - b.z) / (1.0 + a.z.abs())];
+            apart.iter().all(|x| x.abs() < 1e-10)
+                && (a.cell, a.upper, a.slope, a.flip) == (b.cell, b.upper, b.slope, b.flip)
+        }
+        _ => a == b,
+    }
+}
+
 /// Packets against single rays: from above at all inclinations, on from where these hit, and from centroids of facets.
 #[test]
 fn packets_equal_single_rays() {
@@ -209,7 +226,8 @@ fn packets_equal_single_rays() {
             rays.iter().for_each(|&(ray, own)| packet.push(&field, ray, own));
             let fates = packet.trace(&field).to_vec();
             for (fate, &(ray, own)) in fates.iter().zip(rays) {
-                assert_eq!(*fate, field.trace(ray, own), "{name}: {ray:?} {own:?}");
+                let alone = field.trace(ray, own);
+                assert!(are_same(fate, &alone), "{name}: {ray:?} {own:?}: {fate:?} {alone:?}");
             }
             fates
         };
@@ -260,7 +278,7 @@ fn packets_equal_single_rays() {
         compare(&centroids);
         println!("{name}: {hits} hits, {seconds} second hits, {free} free");
         assert!(hits > 500, "{name}: {hits}");
-        if name.starts_with("smooth") {
+        if name.starts_with("smooth") && !name.contains("few") {
             assert!(seconds > 50 && free > 2000, "{name}: {seconds} {free}");
         }
     }

@@ -1,6 +1,8 @@
 //! How sharply the surface bends upwards, which bounds how soon it can rise to a ray that is now above it.
 
 use super::blocks::{Blocks, SHIFT, SIDE};
+use super::slopes;
+use crate::heightmap::HeightMap;
 use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 use rayon::prelude::*;
@@ -20,30 +22,44 @@ pub struct Bends {
 }
 
 impl Bends {
-    /// One pass over the heights of the map that `blocks` are of. Cells across the border of a repeated map have no part in it.
-    pub fn measure(heights: &[f32], width: usize, blocks: &Blocks, pitch: [f64; 2]) -> Self {
-        let height = heights.len() / width;
+    /// One pass over the heights of the map that `blocks` are of. `wraps`: the map is periodic and whole blocks long and wide, so
+    /// that blocks have neighbours across the border; otherwise edges on the border do not count.
+    pub fn measure(map: &HeightMap, blocks: &Blocks, wraps: bool) -> Self {
+        let (nx, ny) = slopes::cells(map);
+        let (width, height) = (map.width(), map.height());
+        let nothing = vec![f32::NAN; nx + 2];
+        // The vertices of a row with those before the first and behind the last; missing where the map ends.
+        let line = |row: usize| {
+            let mut line = nothing.clone();
+            let row = map.heights.row(row % height);
+            line[1..].iter_mut().zip(row).for_each(|(to, h)| *to = *h);
+            if wraps {
+                (line[0], line[nx + 1]) = (row[width - 1], row[0]);
+            }
+            line
+        };
         let rows: Vec<Vec<f32>> = (0..blocks.height)
             .into_par_iter()
             .map(|block| {
                 let level = Level::new();
-                let mut most = vec![0.0f32; width - 1];
-                let line = |row: usize| &heights[row * width..(row + 1) * width];
-                for row in block * SIDE..((block + 1) * SIDE).min(height - 1) {
-                    let (here, below) = (line(row), line(row + 1));
-                    dispatch!(level, simd => add_upright_and_diagonal(simd, here, below, &mut most));
-                    if row > 0 {
-                        dispatch!(level, simd => add_level(simd, line(row - 1), here, below, &mut most));
-                    }
+                let rows = block * SIDE..((block + 1) * SIDE).min(ny);
+                let mut most = vec![0.0f32; nx];
+                let mut above = match rows.start {
+                    0 if wraps => line(height - 1),
+                    0 => nothing.clone(),
+                    start => line(start - 1),
+                };
+                let mut here = line(rows.start);
+                for row in rows {
+                    let below = if row + 1 < height || wraps { line(row + 1) } else { nothing.clone() };
+                    dispatch!(level, simd => add(simd, &above, &here, &below, &mut most));
+                    (above, here) = (here, below);
                 }
-                let mut bends: Vec<f32> =
-                    most.chunks(SIDE).map(|some| some.iter().copied().fold(0.0, f32::max)).collect();
-                // The last block of a periodic map may hold nothing but the cells across the border.
-                bends.resize(blocks.width, 0.0);
-                bends
+                most.chunks(SIDE).map(|some| some.iter().copied().fold(0.0, f32::max)).collect()
             })
             .collect();
         let mut bends: Vec<f32> = rows.into_iter().flatten().collect();
+        let pitch = [map.pitch_x, map.pitch_y];
         let mut largest_step = 0.0f32;
         for block in &blocks.blocks {
             let step = block.largest_step(pitch);
@@ -53,7 +69,7 @@ impl Bends {
             let whole = block.largest_step(pitch).is_finite();
             *bend = if whole { *bend + WIDER * largest_step } else { f32::INFINITY };
         }
-        Bends { around: widened(&bends, blocks.width), largest_step }
+        Bends { around: widened(&bends, blocks.width, wraps), largest_step }
     }
 
     /// Index of the block around a cell.
@@ -64,40 +80,39 @@ impl Bends {
 }
 
 /// Each value replaced by the largest of itself and its eight neighbours.
-fn widened(values: &[f32], width: usize) -> Vec<f32> {
-    let height = values.len() / width;
-    let around = |k: usize, n: usize| k.saturating_sub(1)..(k + 2).min(n);
+fn widened(values: &[f32], width: usize, wraps: bool) -> Vec<f32> {
+    let around = |k: usize, n: usize| {
+        let [before, after] =
+            if wraps { [(k + n - 1) % n, (k + 1) % n] } else { [k.saturating_sub(1), (k + 1).min(n - 1)] };
+        [before, k, after]
+    };
+    let largest = |three: [f32; 3]| three.into_iter().fold(0.0, f32::max);
     let mut rows = Vec::with_capacity(values.len());
     for row in values.chunks(width) {
-        rows.extend((0..width).map(|c| row[around(c, width)].iter().copied().fold(0.0, f32::max)));
+        rows.extend((0..width).map(|c| largest(around(c, width).map(|c| row[c]))));
     }
-    let column = |r: usize, c: usize| around(r, height).map(|r| rows[r * width + c]).fold(0.0, f32::max);
-    (0..height).flat_map(|r| (0..width).map(move |c| (r, c))).map(|(r, c)| column(r, c)).collect()
+    let height = values.len() / width;
+    let mut wide = Vec::with_capacity(values.len());
+    for row in 0..height {
+        let lines = around(row, height).map(|row| &rows[row * width..(row + 1) * width]);
+        wide.extend((0..width).map(|c| largest(lines.map(|line| line[c]))));
+    }
+    wide
 }
 
-/// Edges on the left of the cells of a row, from the second cell on, and their diagonals.
+/// Edges on the left and on the upper side of the cells of a row, and their diagonals; lines begin with the vertex before the
+/// first cell. A missing vertex fails every comparison.
 #[simd]
-fn add_upright_and_diagonal<S: Simd>(_: S, here: &[f32], below: &[f32], most: &mut [f32]) {
+fn add<S: Simd>(_: S, above: &[f32], here: &[f32], below: &[f32], most: &mut [f32]) {
     let n = most.len();
-    let (a, b, c, d) = (&here[..n], &here[1..n + 1], &below[..n], &below[1..n + 1]);
+    let (over, before, a, b) = (&above[1..n + 1], &here[..n], &here[1..n + 1], &here[2..n + 2]);
+    let (c, d) = (&below[1..n + 1], &below[2..n + 2]);
     for k in 0..n {
-        let bend = (b[k] - a[k]) - (d[k] - c[k]);
-        most[k] = if bend > most[k] { bend } else { most[k] };
-    }
-    let (before, a, c, d, most) = (&here[..n - 1], &here[1..n], &below[1..n], &below[2..n + 1], &mut most[1..n]);
-    for k in 0..n - 1 {
-        let bend = (d[k] - c[k]) - (a[k] - before[k]);
-        most[k] = if bend > most[k] { bend } else { most[k] };
-    }
-}
-
-/// Edges on the upper side of the cells of a row.
-#[simd]
-fn add_level<S: Simd>(_: S, above: &[f32], here: &[f32], below: &[f32], most: &mut [f32]) {
-    let n = most.len();
-    let (before, a, b, d) = (&above[..n], &here[..n], &here[1..n + 1], &below[1..n + 1]);
-    for k in 0..n {
-        let bend = (d[k] - b[k]) - (a[k] - before[k]);
-        most[k] = if bend > most[k] { bend } else { most[k] };
+        let left = (d[k] - c[k]) - (a[k] - before[k]);
+        let upper = (d[k] - b[k]) - (a[k] - over[k]);
+        let diagonal = (b[k] - a[k]) - (d[k] - c[k]);
+        let bend = if left > most[k] { left } else { most[k] };
+        let bend = if upper > bend { upper } else { bend };
+        most[k] = if diagonal > bend { diagonal } else { bend };
     }
 }

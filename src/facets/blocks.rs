@@ -35,6 +35,15 @@ impl Climb {
         axis * f64::from(if x > y { self.x } else { self.y }) + diagonal * f64::from(self.sum)
     }
 
+    /// [`Climb::along`] in f32, widened against its rounding.
+    #[inline]
+    pub fn along_in_lanes(&self, x: f32, y: f32) -> f32 {
+        let (x, y) = (x.abs(), y.abs());
+        let (far, near, axis) = if x > y { (x, y, self.x) } else { (y, x, self.y) };
+        let bound = (far - near) * axis + near * self.sum;
+        bound + WIDER * bound.abs()
+    }
+
     /// Bound of the climb towards any direction of the quadrant.
     fn steepest(&self) -> f32 {
         let octant = |axis: f32| {

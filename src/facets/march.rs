@@ -2,6 +2,7 @@
 
 use super::blocks::SHIFT;
 use super::slopes;
+use super::stride::Struck;
 use super::visibility::{Fate, HeightField, Hit, Ray, plane, quadrant};
 use crate::heightmap::Edges;
 use glam::DVec3;
@@ -49,39 +50,39 @@ impl HeightField<'_> {
         Some(lesser(to / flat.sqrt(), (self.highest - z) / d.z))
     }
 
-    /// [`HeightField::reach`] of a beam in f32, which may be as far off as packets of rays allow for; infinite if it goes down.
-    #[inline]
-    pub fn end_of_way(&self, cell: [usize; 2], z: f32, direction: [f32; 3]) -> Option<f32> {
-        let [x, y, up] = direction.map(f64::from);
-        if !(up > 0.0) {
-            return Some(f32::INFINITY);
-        }
-        self.reach(cell, f64::from(z) - self.margin(), DVec3::new(x, y, up)).map(|end| end as f32)
-    }
-
     /// The march itself, from the start of the ray up to `end`.
     pub(super) fn march(&self, ray: Ray, own: Option<Own>, end: f64) -> Fate {
         March::new(self, ray, own, end).run(own.map(|o| o.1))
     }
 
-    /// The march of a ray that at `t`, on the map, is known not to have met the surface yet.
+    /// The march of a ray that at `t` is known not to have met the surface yet, nor to have crossed a border other than of a periodic
+    /// map.
     pub(super) fn march_on(&self, ray: Ray, t: f64, end: f64) -> Fate {
         let mut march = March::new(self, ray, None, end);
         for k in 0..2 {
-            march.cell[k] = ((march.o[k] + march.d[k] * t) as i64).clamp(0, self.cells[k] as i64 - 1);
+            let n = self.cells[k] as i64;
+            let mut cell = (march.o[k] + march.d[k] * t).floor() as i64;
+            if self.map().edges == Edges::Periodic {
+                march.o[k] -= (cell.div_euclid(n) * n) as f64;
+                cell = cell.rem_euclid(n);
+            }
+            march.cell[k] = cell.clamp(0, n - 1);
         }
         (march.t, march.above) = (t, 0.0);
         march.run(None)
     }
 
-    /// Where a ray that meets a facet meets it.
+    /// Where a ray from the cell `from` meets a facet that strides have found.
     #[inline]
-    pub(crate) fn meet(&self, ray: &Ray, cell: [usize; 2], upper: bool) -> Hit {
+    pub(super) fn meet(&self, ray: &Ray, from: [usize; 2], struck: &Struck) -> Hit {
         let mut march = March::new(self, *ray, None, f64::INFINITY);
-        march.cell = cell.map(|c| c as i64);
-        let corners = self.corners(cell[0], cell[1]);
-        let (height, rate) = march.over_plane(corners, upper);
-        march.hit(corners, upper, -height / rate)
+        for k in 0..2 {
+            march.o[k] += (i64::from(struck.start[k]) - from[k] as i64) as f64;
+            march.cell[k] = struck.cell[k] as i64;
+        }
+        let corners = self.corners(struck.cell[0], struck.cell[1]);
+        let (height, rate) = march.over_plane(corners, struck.upper);
+        march.hit(corners, struck.upper, -height / rate)
     }
 }
 

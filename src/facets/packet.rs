@@ -1,7 +1,7 @@
 //! Many rays side by side: long ways in few strides of f32 that are sure, the rest by the march in f64.
 
 use super::march::Own;
-use super::stride::{LANES, Lanes};
+use super::stride::Lanes;
 use super::visibility::{Fate, HeightField, Ray};
 use fearless_simd::Level;
 
@@ -37,7 +37,7 @@ impl Strides {
         let mut starts = starts.fuse();
         loop {
             lanes.clear();
-            while lanes.len() < LANES
+            while !lanes.is_full()
                 && let Some(start) = starts.next()
             {
                 if !lanes.push(&ground, &start) {
@@ -78,7 +78,7 @@ impl Packet {
         fates.clear();
         fates.resize(rays.len(), Fate::Escaped([1.0; 2]));
         let starts = rays.iter().enumerate().filter(|(_, ray)| ray.2 > 0.0).map(|(id, &(ray, own, end))| {
-            let cell = own.map_or([ray.column as usize, ray.row as usize], |own| own.0);
+            let cell = start_cell(&ray, own);
             Start {
                 id: id as u32,
                 cell: cell.map(|c| c as u32),
@@ -93,7 +93,7 @@ impl Packet {
             let (ray, own, end) = rays[id as usize];
             fates[id as usize] = match end_of_ray {
                 End::Free => return,
-                End::Hit(struck) => Fate::Hit(field.meet(&ray, struck.cell, struck.upper)),
+                End::Hit(struck) => Fate::Hit(field.meet(&ray, start_cell(&ray, own), &struck)),
                 End::Unsure(0.0) => field.march(ray, own, end),
                 End::Unsure(t) => field.march_on(ray, t, end),
             };
@@ -101,4 +101,10 @@ impl Packet {
         rays.clear();
         &*fates
     }
+}
+
+/// The cell that a ray starts in.
+#[inline]
+fn start_cell(ray: &Ray, own: Option<Own>) -> [usize; 2] {
+    own.map_or([ray.column as usize, ray.row as usize], |own| own.0)
 }

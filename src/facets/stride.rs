@@ -33,8 +33,9 @@ pub struct Ground<'a> {
     /// Vertices in a row, and blocks.
     width: u32,
     blocks: u32,
-    /// Cells that lie within the map, without those across the border of a repeated one.
+    /// Cells that rays may be in, and whether those on one border have neighbours on the other.
     cells: [u32; 2],
+    wraps: bool,
     per_pitch: [f32; 2],
     per_range: f32,
     margin: f32,
@@ -47,6 +48,7 @@ impl<'a> Ground<'a> {
         width: usize,
         bends: &'a Bends,
         blocks: usize,
+        wraps: bool,
         pitch: [f64; 2],
         [low, high]: [f64; 2],
     ) -> Self {
@@ -56,7 +58,9 @@ impl<'a> Ground<'a> {
             bends: &bends.around,
             width: width as u32,
             blocks: blocks as u32,
-            cells: [width as u32 - 1, (heights.len() / width) as u32 - 1],
+            // Without those across the border of a repeated map, unless it wraps.
+            cells: [width as u32, (heights.len() / width) as u32].map(|n| n - u32::from(!wraps)),
+            wraps,
             per_pitch: pitch.map(|p| (1.0 / p) as f32),
             per_range: 1.0 / range,
             margin: MARGIN[0] * bends.largest_step + MARGIN[1] * (largest + range),
@@ -95,6 +99,8 @@ pub struct Struck {
     pub z: f32,
     /// Rise of the facet per sample along the columns and the rows \[m\].
     pub rise: [f32; 2],
+    /// The cell that the ray started in, counted from the tile of a periodic map in which it meets the facet.
+    pub start: [i32; 2],
 }
 
 /// How the way of a ray ended.
@@ -137,6 +143,8 @@ pub struct Lanes {
     place: [[f32; LANES]; 2],
     cell: [u32; LANES],
     block: [u32; LANES],
+    /// Where the map wraps: how far before the cell's first vertex the second one is stored, modulo 2^32.
+    right: [u32; LANES],
     corners: [[f32; LANES]; 4],
     bend: [f32; LANES],
     /// Of a facet that was met: its rise, and the height where.
@@ -167,6 +175,7 @@ impl Default for Lanes {
             place: [f; 2],
             cell: u,
             block: u,
+            right: u,
             corners: [f; 4],
             bend: f,
             rise: [f; 2],
@@ -182,9 +191,9 @@ impl Lanes {
         (self.n, self.under_way, self.strides) = (0, 0, 0);
     }
 
-    /// Rays that were pushed and have not been packed away.
-    pub fn len(&self) -> usize {
-        self.n
+    /// Whether there is no lane for another ray.
+    pub fn is_full(&self) -> bool {
+        self.n == LANES
     }
 
     /// Whether all rays have ended.
@@ -222,6 +231,7 @@ impl Lanes {
         self.state[k] = UNDER_WAY;
         self.own[k] = start.own;
         self.cell[k] = cell[1] * ground.width + cell[0];
+        self.right[k] = if ground.wraps && cell[0] + 1 == ground.width { ground.width - 1 } else { u32::MAX };
         self.block[k] = Bends::index(ground.blocks, cell[0], cell[1]);
         true
     }
@@ -254,6 +264,7 @@ impl Lanes {
                         at: [self.place[0][k], self.place[1][k]],
                         z: self.height[k],
                         rise: [self.rise[0][k], self.rise[1][k]],
+                        start: [self.base[0][k], self.base[1][k]],
                     }),
                 };
                 ended(self.id[k], end);
@@ -269,11 +280,27 @@ impl Lanes {
     fn fetch(&mut self, ground: &Ground) {
         let (heights, width) = (ground.heights, ground.width as usize);
         let [a, b, c, d] = &mut self.corners;
-        for k in 0..self.n {
-            let cell = self.cell[k] as usize;
-            let (top, bottom) = (&heights[cell..cell + 2], &heights[cell + width..cell + width + 2]);
-            (a[k], b[k], c[k], d[k]) = (top[0], top[1], bottom[0], bottom[1]);
-            self.bend[k] = ground.bends[self.block[k] as usize];
+        let n = self.n;
+        let rights = &self.right[..n];
+        let (cells, blocks, bends) = (&self.cell[..n], &self.block[..n], &mut self.bend[..n]);
+        let (a, b, c, d) = (&mut a[..n], &mut b[..n], &mut c[..n], &mut d[..n]);
+        for k in 0..n {
+            bends[k] = ground.bends[blocks[k] as usize];
+        }
+        if !ground.wraps {
+            for k in 0..n {
+                let cell = cells[k] as usize;
+                let (top, bottom) = (&heights[cell..cell + 2], &heights[cell + width..cell + width + 2]);
+                (a[k], b[k], c[k], d[k]) = (top[0], top[1], bottom[0], bottom[1]);
+            }
+            return;
+        }
+        for k in 0..n {
+            let (top, right) = (cells[k] as usize, rights[k]);
+            // What lies below the last row is the first.
+            let bottom = if top + width < heights.len() { top + width } else { top + width - heights.len() };
+            let beside = |cell: usize| heights[(cell as u32).wrapping_sub(right) as usize];
+            (a[k], b[k], c[k], d[k]) = (heights[top], beside(top), heights[bottom], beside(bottom));
         }
     }
 }
@@ -286,6 +313,7 @@ fn advance<S: Simd>(simd: S, lanes: &mut Lanes, ground: &Ground) {
     let first = lanes.strides == 0;
     let zero = f32x16::splat(simd, 0.0);
     let [columns, rows] = ground.cells.map(|n| i32x16::splat(simd, n as i32));
+    let none = i32x16::splat(simd, 0);
     let tiny = f32x16::splat(simd, 1e-20);
     for from in (0..lanes.n).step_by(WIDTH) {
         let to = from + WIDTH;
@@ -336,8 +364,16 @@ fn advance<S: Simd>(simd: S, lanes: &mut Lanes, ground: &Ground) {
         let s_next = (s + strides.select(far, across)).min(end);
         let (x, y) = (real(&lanes.origin[0]) + dx * s_next, real(&lanes.origin[1]) + dy * s_next);
         let (fx, fy) = (x.floor(), y.floor());
-        let column = whole(&lanes.base[0]) + fx.to_int::<i32x16<S>>();
-        let row = whole(&lanes.base[1]) + fy.to_int::<i32x16<S>>();
+        let mut column = whole(&lanes.base[0]) + fx.to_int::<i32x16<S>>();
+        let mut row = whole(&lanes.base[1]) + fy.to_int::<i32x16<S>>();
+        let mut shift = [none; 2];
+        if ground.wraps {
+            for (cell, n, axis) in [(&mut column, columns, 0), (&mut row, rows, 1)] {
+                let by = cell.simd_lt(0).select(n, cell.simd_ge(n).select(-n, none));
+                *cell += by;
+                shift[axis] = by;
+            }
+        }
         let inside = column.simd_ge(0) & column.simd_lt(columns) & row.simd_ge(0) & row.simd_lt(rows);
         let near = x.abs().simd_lt(FARTHEST) & y.abs().simd_lt(FARTHEST);
         let goes = goes & inside & near;
@@ -359,6 +395,14 @@ fn advance<S: Simd>(simd: S, lanes: &mut Lanes, ground: &Ground) {
         gu.store_slice(&mut lanes.rise[0][from..to]);
         gv.store_slice(&mut lanes.rise[1][from..to]);
         (real(&lanes.z) + climb * (s + on)).store_slice(&mut lanes.height[from..to]);
+        if ground.wraps {
+            for (axis, by) in shift.into_iter().enumerate() {
+                let base = whole(&lanes.base[axis]);
+                moves.select(base + by, base).store_slice(&mut lanes.base[axis][from..to]);
+            }
+            let right = column.simd_eq(columns - 1).select(number(ground.width - 1), number(u32::MAX));
+            moves.select(right, word(&lanes.right)).store_slice(&mut lanes.right[from..to]);
+        }
         let (column, row) = (column.bitcast::<u32x16<S>>(), row.bitcast::<u32x16<S>>());
         let cell = row * ground.width + column;
         moves.select(cell, word(&lanes.cell)).store_slice(&mut lanes.cell[from..to]);
@@ -387,7 +431,7 @@ fn pack<S: Simd>(simd: S, lanes: &mut Lanes) {
             continue;
         }
         let mask = mask32x16::from_bitmask(simd, bits);
-        let Lanes { id, base, origin, d, z, climb, end, unit, s, state, place, cell, block, .. } = lanes;
+        let Lanes { id, base, origin, d, z, climb, end, unit, s, state, place, cell, block, right, .. } = lanes;
         let [bx, by] = base;
         let [ox, oy] = origin;
         let [dx, dy] = d;
@@ -396,7 +440,7 @@ fn pack<S: Simd>(simd: S, lanes: &mut Lanes) {
             let packed = simd.compress_f32x16(f32x16::from_slice(simd, &x[from..from + WIDTH]), mask);
             packed.store_slice(&mut x[kept..kept + WIDTH]);
         }
-        for x in [id, state, cell, block] {
+        for x in [id, state, cell, block, right] {
             let packed = simd.compress_u32x16(u32x16::from_slice(simd, &x[from..from + WIDTH]), mask);
             packed.store_slice(&mut x[kept..kept + WIDTH]);
         }

@@ -1,10 +1,10 @@
 //! First hit of a ray on the height field: who hides whom.
 
 use super::bends::Bends;
-use super::blocks::{Block, Blocks, Outlook};
+use super::blocks::{Block, Blocks, Outlook, SIDE};
 use super::slopes;
 use super::stride::Ground;
-use crate::heightmap::HeightMap;
+use crate::heightmap::{Edges, HeightMap};
 use glam::DVec3;
 use std::borrow::Cow;
 
@@ -58,8 +58,13 @@ pub struct HeightField<'a> {
     outlooks: Vec<[Outlook; 4]>,
     sines: Vec<[f32; 4]>,
     bends: Bends,
+    /// Whether packets of rays may go on across the border, into the block next to it in the periodic map.
+    wraps: bool,
     pub(super) lowest: f64,
     pub(super) highest: f64,
+    /// What heights in f32 may be wrong by, and the side of a block \[m\].
+    pub(super) margin: f32,
+    pub(super) side: f32,
 }
 
 impl<'a> HeightField<'a> {
@@ -76,18 +81,24 @@ impl<'a> HeightField<'a> {
             Some(heights) => Cow::Borrowed(heights),
             None => Cow::Owned(map.heights.iter().copied().collect()),
         };
-        let bends = Bends::measure(&heights, map.width(), &blocks, [map.pitch_x, map.pitch_y]);
+        let (top, depth) = (f64::from(highest), f64::from(highest) - lowest);
+        let side = SIDE as f64 * map.pitch_x.min(map.pitch_y);
+        let wraps = map.edges == Edges::Periodic && nx % SIDE == 0 && ny % SIDE == 0;
+        let bends = Bends::measure(map, &blocks, wraps);
         HeightField {
             map,
             heights,
             bends,
+            wraps,
             cells: [nx, ny],
             pyramid: pyramid(&blocks),
             sines: blocks.clear_sines(&outlooks, map.pitch_x.min(map.pitch_y), highest),
             blocks,
             outlooks,
             lowest,
-            highest: f64::from(highest),
+            highest: top,
+            margin: (1e-6 * (depth + top.abs().max(lowest.abs()))) as f32,
+            side: side as f32,
         }
     }
 
@@ -144,13 +155,8 @@ impl<'a> HeightField<'a> {
     /// What packets of rays stride over.
     pub(super) fn ground(&self) -> Ground<'_> {
         let pitch = [self.map.pitch_x, self.map.pitch_y];
-        Ground::new(&self.heights, self.map.width(), &self.bends, self.blocks.width, pitch, self.height_range())
-    }
-
-    /// What heights in f32 may be wrong by \[m\].
-    #[inline]
-    pub(super) fn margin(&self) -> f64 {
-        1e-6 * (self.highest - self.lowest + self.highest.abs().max(self.lowest.abs()))
+        let (width, blocks) = (self.map.width(), self.blocks.width);
+        Ground::new(&self.heights, width, &self.bends, blocks, self.wraps, pitch, self.height_range())
     }
 
     #[inline]

@@ -81,13 +81,6 @@ impl<'a> Beam<'a> {
         self.footprint.is_none_or(|lit| lit.holds(cell))
     }
 
-    /// Where the ray aimed at place `u` meets a facet that is known to be the first.
-    pub fn meet(&self, u: [f64; 2], cell: [usize; 2], upper: bool) -> Option<Arrival> {
-        let aim = self.aim(u);
-        let (ray, flip) = self.launch(aim)?;
-        self.arrive(aim, flip, &self.field.meet(&ray, cell, upper))
-    }
-
     /// What a ray launched with these flips finds where it hit; nothing if that facet is not lit.
     fn arrive(&self, aim: [f64; 2], flip: [f64; 2], hit: &Hit) -> Option<Arrival> {
         if let Some(lit) = self.footprint {

@@ -1,9 +1,12 @@
 //! Beams that may meet the surface again, bounce after bounce side by side in f32.
 
 use super::bounce::Walk;
-use super::glints::Glints;
+use super::cells::CellLanes;
+use super::detectors::Detectors;
+use super::glints::{Glints, Light};
 use crate::facets::Strides;
 use crate::facets::packet::{End, Start, Struck};
+use glam::DVec3;
 
 /// Beams under way.
 ///
@@ -64,14 +67,14 @@ impl Cascade {
         let (field, map) = (walk.field, walk.field.map());
         let per_pitch = [map.pitch_x, map.pitch_y].map(|p| (1.0 / p) as f32);
         while !starts.is_empty() {
-            glints.clear();
+            glints.clear(None);
             strides.follow(field, starts.drain(..), |id, end| {
                 let beam = &beams[id as usize];
                 match end {
                     End::Free if beam.direction[2] > 0.0 => ended(beam.number, Some(beam.freed())),
                     End::Hit(struck) if beam.bounces < walk.max_bounces => {
-                        let back = beam.direction.map(|x| -x);
-                        glints.push(id, back, [1.0, 0.0], struck, field.clear_sines(struck.cell));
+                        let light = Light { wi: beam.direction.map(|x| -x), turn: [1.0, 0.0] };
+                        glints.push(id, &light, struck, field.clear_sines(struck.cell));
                     }
                     _ => unsure.push(id),
                 }
@@ -104,10 +107,32 @@ impl Beam {
     }
 }
 
+impl Freed {
+    /// Detector that the beam reaches, `local` being the direction to the source in the frame of the detectors, `turn` cosine and
+    /// sine of the turn into it.
+    #[inline]
+    pub fn detector<D: Detectors + ?Sized>(
+        &self,
+        detectors: &D,
+        cells: Option<&CellLanes>,
+        local: DVec3,
+        [cos, sin]: [f32; 2],
+    ) -> u32 {
+        let [x, y, z] = self.wo;
+        let wo = [cos * x + sin * y, cos * y - sin * x, z];
+        let Some(cells) = cells else {
+            return detectors.index(local, DVec3::from_array(wo.map(f64::from)).normalize()) as u32;
+        };
+        // The half vector's slope.
+        let [x, y, z] = [wo[0] + local.x as f32, wo[1] + local.y as f32, wo[2] + local.z as f32];
+        cells.locate(-x / z, -y / z)
+    }
+}
+
 /// A beam that leaves a facet; `None` if nothing can stand in its way.
 #[inline]
 fn start(walk: &Walk, id: u32, facet: &Struck, direction: [f32; 3]) -> Option<Start> {
-    let end = walk.field.end_of_way(facet.cell, facet.z, direction)?;
+    let end = walk.field.reach_in_lanes(facet.cell, facet.z, direction)?;
     let (cell, own) = (facet.cell.map(|c| c as u32), 1 + u32::from(facet.upper));
     Some(Start { id, cell, own, at: facet.at, z: facet.z, direction, end })
 }

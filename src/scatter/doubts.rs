@@ -3,6 +3,7 @@
 use super::accumulator::Accumulator;
 use super::bounce::{Arrival, Departure, Walk};
 use super::cascade::Cascade;
+use super::cells::{CellLanes, HalfVectorCells};
 use super::detectors::Detectors;
 use super::facet_sum::turned_back;
 use super::facing::{Facing, facing};
@@ -48,6 +49,7 @@ struct Doubtful {
 pub struct Doubts<'w, D: Detectors + ?Sized> {
     walk: &'w Walk<'w>,
     detectors: &'w D,
+    cells: Option<CellLanes>,
     runs: Vec<Run>,
     facets: Vec<Doubtful>,
     /// Ways to the source, and out.
@@ -63,6 +65,7 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
         Doubts {
             walk,
             detectors,
+            cells: detectors.slope_cells().map(HalfVectorCells::lanes),
             runs: Vec::new(),
             facets: Vec::new(),
             sources: Vec::new(),
@@ -121,13 +124,13 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
         let z = (a + d + third) * (1.0 / 3.0);
         let id = self.facets.len() as u32;
         if is_lit {
-            let facet = Struck { cell, upper, at, z, rise: [0.0; 2] };
+            let facet = Struck { cell, upper, at, z, rise: [0.0; 2], start: [0; 2] };
             let reflectance = steps[1] as f32 / steps[0].max(1) as f32;
             if !self.cascade.push(self.walk, id, &facet, direction, reflectance) {
                 return fast.add_beam(1, slot, steps);
             }
         } else {
-            let end = field.end_of_way(cell, z, direction).unwrap_or(0.0);
+            let end = field.reach_in_lanes(cell, z, direction).unwrap_or(0.0);
             let (cell, own) = (cell.map(|c| c as u32), 1 + u32::from(upper));
             self.sources.push(Start { id, cell, own, at, z, direction, end });
         }
@@ -137,7 +140,7 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
 
     /// Answers all questions.
     pub fn answer(&mut self, slow: &mut Accumulator, fast: &mut QuickSums) {
-        let Doubts { walk, detectors, runs, facets, sources, strides, cascade, flights } = self;
+        let Doubts { walk, detectors, cells, runs, facets, sources, strides, cascade, flights } = self;
         let field = walk.field;
         let arrival = |facet: &Doubtful| arrival(walk, &runs[facet.run as usize], facet);
         strides.follow(field, sources.drain(..), |id, end| {
@@ -161,9 +164,10 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
                 Some(beam) if beam.bounces == 1 => fast.add_beam(1, facet.slot, [weight, energy]),
                 Some(beam) => {
                     let run = &runs[facet.run as usize];
-                    let detector = detectors.index(run.local, turned_back(unit(beam.wo), run.turn));
+                    let turn = [run.turn.cos() as f32, run.turn.sin() as f32];
+                    let detector = beam.detector(*detectors, cells.as_ref(), run.local, turn);
                     let energy = (f64::from(weight) * f64::from(beam.energy)).round() as u32;
-                    fast.add_beam(beam.bounces, detector as u32, [weight, energy]);
+                    fast.add_beam(beam.bounces, detector, [weight, energy]);
                 }
                 None => {
                     if let Some((arrival, _)) = arrival(facet) {
@@ -184,12 +188,6 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
         facets.clear();
         runs.clear();
     }
-}
-
-/// A direction in f32 as one of length 1.
-#[inline]
-pub fn unit(w: [f32; 3]) -> DVec3 {
-    DVec3::from_array(w.map(f64::from)).normalize()
 }
 
 /// A facet at its centroid in f64, and its weight; `None` if it just faces away.

@@ -17,6 +17,8 @@ pub struct Glints {
     level: Level,
     n: usize,
     rounds: Vec<Round>,
+    /// The light of all rays, if they have one.
+    common: Option<Light>,
     /// Numbers of the rays and the facets they met, in the order in which they were added.
     pub rays: Vec<(u32, Struck)>,
 }
@@ -46,38 +48,68 @@ pub struct Glint {
     pub slot: u32,
 }
 
+/// Where the light of a ray comes from.
+#[derive(Debug, Clone, Copy)]
+pub struct Light {
+    pub wi: [f32; 3],
+    /// Cosine and sine of the turn into the frame of the detectors.
+    pub turn: [f32; 2],
+}
+
+impl Default for Round {
+    fn default() -> Self {
+        let f = [0.0; ROUND];
+        let (rise, wi, clear, turn, slope, wo) = ([f; 2], [f; 3], [f; 4], [f; 2], [f; 2], [f; 3]);
+        Round { rise, wi, clear, turn, slope, wo, reflectance: f, free: [0; ROUND], slot: [0; ROUND] }
+    }
+}
+
+impl Round {
+    fn fill(&mut self, light: &Light) {
+        self.wi = light.wi.map(|x| [x; ROUND]);
+        self.turn = light.turn.map(|x| [x; ROUND]);
+    }
+}
+
 impl Default for Glints {
     fn default() -> Self {
-        Glints { level: Level::new(), n: 0, rounds: Vec::new(), rays: Vec::new() }
+        Glints { level: Level::new(), n: 0, rounds: Vec::new(), common: None, rays: Vec::new() }
     }
 }
 
 impl Glints {
-    /// Takes all away.
-    pub fn clear(&mut self) {
+    /// Takes all away. If the next rays all have one light, it need not be given with each.
+    pub fn clear(&mut self, common: Option<Light>) {
         self.n = 0;
         self.rays.clear();
+        self.common = common;
+        if let Some(light) = common {
+            self.rounds.iter_mut().for_each(|round| round.fill(&light));
+        }
     }
 
-    /// Adds ray `number` with light from `wi`, which met a facet of a block with these `HeightField::clear_sines`; `turn` are cosine
-    /// and sine of the turn into the frame of the detectors.
+    /// Adds ray `number` which met a facet of a block with these `HeightField::clear_sines`; `light` is where it comes from.
     #[inline]
-    pub fn push(&mut self, number: u32, wi: [f32; 3], turn: [f32; 2], struck: Struck, clear: &[f32; 4]) {
+    pub fn push(&mut self, number: u32, light: &Light, struck: Struck, clear: &[f32; 4]) {
         let k = self.n % ROUND;
         if self.n / ROUND == self.rounds.len() {
-            let f = [0.0; ROUND];
-            let (free, slot) = ([0; ROUND], [0; ROUND]);
-            let (rise, wi, clear, turn, slope, wo) = ([f; 2], [f; 3], [f; 4], [f; 2], [f; 2], [f; 3]);
-            self.rounds.push(Round { rise, wi, clear, turn, slope, wo, reflectance: f, free, slot });
+            self.rounds.push(Round::default());
+            if let Some(light) = &self.common {
+                self.rounds[self.n / ROUND].fill(light);
+            }
         }
         let round = &mut self.rounds[self.n / ROUND];
         self.n += 1;
         for axis in 0..2 {
             round.rise[axis][k] = struck.rise[axis];
-            round.turn[axis][k] = turn[axis];
         }
-        for axis in 0..3 {
-            round.wi[axis][k] = wi[axis];
+        if self.common.is_none() {
+            for axis in 0..2 {
+                round.turn[axis][k] = light.turn[axis];
+            }
+            for axis in 0..3 {
+                round.wi[axis][k] = light.wi[axis];
+            }
         }
         for quadrant in 0..4 {
             round.clear[quadrant][k] = clear[quadrant];

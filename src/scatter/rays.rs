@@ -3,20 +3,19 @@
 use super::accumulator::{Accumulator, at_desks};
 use super::beam::Beam;
 use super::bounce::{Arrival, Departure, Walk};
-use super::cascade::Cascade;
+use super::cascade::{Cascade, Freed};
 use super::cells::{CellLanes, HalfVectorCells};
 use super::detectors::Detectors;
-use super::doubts::unit;
 use super::facet_sum::{Azimuth, turned_back};
 use super::flights::Flights;
-use super::glints::{Glint, Glints};
-use super::lanes;
+use super::glints::{self, Glint, Glints};
 use super::quick_sums::QuickSums;
 use super::selection::Selection;
 use super::tally::CORE_SLOPE;
 use crate::facets::Strides;
 use crate::facets::packet::{End, Start};
-use crate::math::{direction, random::CounterRng};
+use crate::math::direction;
+use crate::math::random::{CounterRng, LANES};
 use glam::DVec3;
 
 /// Rays per task.
@@ -55,14 +54,15 @@ pub fn trace_rays<D: Detectors + ?Sized>(
             for from in all.clone().step_by(TOGETHER) {
                 aims.clear();
                 lights.clear();
-                for ray in from..(from + TOGETHER as u64).min(all.end) {
-                    if ray == row.end {
-                        row = patches.row_of(ray);
-                    }
-                    let [a, b, c, _] = CounterRng::four(seed, 1, ray);
-                    aims.push(patches.point(&row, ray, [a, b]));
-                    if azimuth == Azimuth::Averaged {
-                        lights.push(light(c));
+                for some in (from..(from + TOGETHER as u64).min(all.end)).step_by(LANES) {
+                    for (ray, [a, b, c, _]) in (some..all.end).zip(CounterRng::fours(seed, 1, some)) {
+                        if ray == row.end {
+                            row = patches.row_of(ray);
+                        }
+                        aims.push(patches.point(&row, ray, [a, b]));
+                        if azimuth == Azimuth::Averaged {
+                            lights.push(light(c));
+                        }
                     }
                 }
                 shower.fall(if lights.is_empty() { &first } else { &lights }, &aims);
@@ -80,7 +80,7 @@ pub struct Light<'a> {
     turn: f64,
     local: DVec3,
     /// The same for lanes, and the way of its rays.
-    lanes: lanes::Light,
+    lanes: glints::Light,
     down: [f32; 3],
 }
 
@@ -88,12 +88,11 @@ impl<'a> Light<'a> {
     /// Light from `theta_i` and an azimuth with its turn into the frame of the detectors.
     pub fn new(walk: &Walk<'a>, theta_i: f64, (phi, turn): (f64, f64), selection: &Selection) -> Self {
         let wi = direction(theta_i, phi);
-        let map = walk.field.map();
         Light {
             beam: Beam::new(walk.field, wi, selection.footprint),
             turn,
             local: direction(theta_i, phi - turn),
-            lanes: lanes::Light::new(wi, turn, [map.pitch_x, map.pitch_y]),
+            lanes: glints::Light { wi: wi.to_array().map(|x| x as f32), turn: [turn.cos() as f32, turn.sin() as f32] },
             down: wi.to_array().map(|x| -x as f32),
         }
     }
@@ -153,11 +152,10 @@ impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
             let at = [(start[0] - f64::from(cell[0])) as f32, (start[1] - f64::from(cell[1])) as f32];
             Some(Start { id, cell, own: 0, at, z: top as f32, direction: light(id).down, end: f32::INFINITY })
         });
-        glints.clear();
+        glints.clear((lights.len() == 1).then_some(lights[0].lanes));
         strides.follow(field, starts, |id, end| match end {
             End::Hit(struck) if light(id).beam.lights(struck.cell) => {
-                let lanes::Light { wi, turn, .. } = light(id).lanes;
-                glints.push(id, wi, turn, struck, field.clear_sines(struck.cell));
+                glints.push(id, &light(id).lanes, struck, field.clear_sines(struck.cell));
             }
             End::Hit(_) => {}
             End::Free | End::Unsure(_) => unsure.push(id),
@@ -166,11 +164,14 @@ impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
         if let Some(cells) = cells {
             glints.locate(cells, detectors.len());
         }
-        let index = |id: u32, wo: [f32; 3]| {
-            let Light { turn, local, .. } = light(id);
-            detectors.index(*local, turned_back(unit(wo), *turn)) as u32
+        let index = |id: u32, beam: &Freed| {
+            let Light { local, lanes, .. } = light(id);
+            beam.detector(*detectors, cells.as_ref(), *local, lanes.turn)
         };
-        let slot = |id: u32, glint: &Glint| if cells.is_some() { glint.slot } else { index(id, glint.wo) };
+        let slot = |id: u32, glint: &Glint| match cells {
+            Some(_) => glint.slot,
+            None => index(id, &Freed { bounces: 1, wo: glint.wo, energy: glint.reflectance }),
+        };
         for (k, (id, struck)) in glints.rays.iter().enumerate() {
             let glint = glints.get(k);
             if glint.is_free || !cascade.push(walk, k as u32, struck, glint.wo, glint.reflectance) {
@@ -183,7 +184,7 @@ impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
                 Some(beam) if beam.bounces == 1 => {
                     fast.add_ray(1, slot(id, &glints.get(k as usize)), beam.energy);
                 }
-                Some(beam) => fast.add_ray(beam.bounces, index(id, beam.wo), beam.energy),
+                Some(beam) => fast.add_ray(beam.bounces, index(id, &beam), beam.energy),
                 None => unsure.push(id),
             }
         });
@@ -235,31 +236,37 @@ fn count<D: Detectors + ?Sized>(
 struct Patches {
     rays: u64,
     rows: u64,
+    /// One over the number of rays.
+    share: f64,
 }
 
 /// The rays of one row.
 struct Row {
     start: u64,
     end: u64,
+    /// One over the number of rays.
+    share: f64,
 }
 
 impl Patches {
     fn new(rays: u64, aspect: f64) -> Self {
         let rows = (rays as f64 * aspect).sqrt().round();
-        Patches { rays, rows: (rows as u64).clamp(1, rays.max(1)) }
+        Patches { rays, rows: (rows as u64).clamp(1, rays.max(1)), share: 1.0 / rays as f64 }
     }
 
     fn row_of(&self, ray: u64) -> Row {
         let before = |row: u64| (u128::from(row) * u128::from(self.rays) / u128::from(self.rows)) as u64;
         let row = ((u128::from(ray + 1) * u128::from(self.rows) - 1) / u128::from(self.rays)) as u64;
-        Row { start: before(row), end: before(row + 1) }
+        let (start, end) = (before(row), before(row + 1));
+        Row { start, end, share: 1.0 / (end - start) as f64 }
     }
 
     /// The point at `jitter` of the patch of a ray.
     #[inline]
     fn point(&self, row: &Row, ray: u64, jitter: [f64; 2]) -> [f64; 2] {
         let across = (row.end - row.start) as f64;
-        [((ray - row.start) as f64 + jitter[0]) / across, (row.start as f64 + jitter[1] * across) / self.rays as f64]
+        let down = (row.start as f64 + jitter[1] * across) * self.share;
+        [((ray - row.start) as f64 + jitter[0]) * row.share, down]
     }
 }
 
