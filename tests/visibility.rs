@@ -233,9 +233,13 @@ fn packets_equal_single_rays() {
         };
         let mut above = Vec::new();
         for k in 0..6000 {
-            let theta = [0.0, 0.3, 1.0, 1.3, 1.5, 1.57][k % 6] * if k < 3000 { 1.0 } else { rng.uniform() };
+            let theta = [0.0, 0.3, 1.0, 1.3, 1.5, 1.56][k % 6] * if k < 3000 { 1.0 } else { rng.uniform() };
             // Along the axes and the diagonal as well.
-            let phi = if k % 5 == 0 { (k / 5 % 8) as f64 * 0.25 * std::f64::consts::PI } else { 6.28 * rng.uniform() };
+            let phi = if k % 5 == 0 {
+                (k / 5 % 8) as f64 * 0.25 * std::f64::consts::PI
+            } else {
+                std::f64::consts::TAU * rng.uniform()
+            };
             let place = [rng.uniform() * nx as f64, rng.uniform() * ny as f64];
             // Half of them aimed at a vertex.
             let place = if k % 2 == 0 { place } else { place.map(f64::floor) };
@@ -265,7 +269,7 @@ fn packets_equal_single_rays() {
             let upper = rng.uniform() < 0.5;
             let corners = field.corners(cell[0], cell[1]).map(f64::from);
             let (p, q) = slopes::of_corners(corners, map.pitch_x, map.pitch_y)[usize::from(upper)];
-            let d = direction(1.57 * rng.uniform().sqrt(), 6.28 * rng.uniform());
+            let d = direction(1.56 * rng.uniform().sqrt(), std::f64::consts::TAU * rng.uniform());
             if !(frame::normal_of_slope(p, q).dot(d) > 0.0) {
                 continue;
             }
