@@ -193,8 +193,11 @@ fn surfaces() -> Vec<(&'static str, HeightMap)> {
     ]
 }
 
+/// A ray and the facet that it leaves.
+type Started = (Ray, Option<([usize; 2], bool)>);
+
 /// The beam that leaves the facet of a hit as a mirror sends it on.
-fn reflected(hit: &Hit, d: DVec3) -> (Ray, Option<([usize; 2], bool)>) {
+fn reflected(hit: &Hit, d: DVec3) -> Started {
     let back = -d * DVec3::new(hit.flip[0], hit.flip[1], 1.0);
     let direction = frame::reflect(back, frame::normal_of_slope(hit.slope.0, hit.slope.1));
     (Ray { column: hit.column, row: hit.row, z: hit.z, direction }, Some((hit.cell, hit.upper)))
@@ -222,7 +225,7 @@ fn packets_equal_single_rays() {
         let [nx, ny] = field.cells();
         let mut rng = CounterRng::new(7, 0, 0);
         let (mut hits, mut seconds, mut free) = (0, 0, 0);
-        let mut compare = |rays: &[(Ray, Option<([usize; 2], bool)>)]| -> Vec<Fate> {
+        let mut compare = |rays: &[Started]| -> Vec<Fate> {
             rays.iter().for_each(|&(ray, own)| packet.push(&field, ray, own));
             let fates = packet.trace(&field).to_vec();
             for (fate, &(ray, own)) in fates.iter().zip(rays) {
