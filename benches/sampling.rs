@@ -62,6 +62,11 @@ fn lookups(c: &mut Criterion) {
         let draw =
             |b: &dyn Brdf| queries.iter().filter_map(|q| b.sample(q.0, q.2)).map(|s| s.weight + s.pdf).sum::<f64>();
         g.bench_function("sample with weight and pdf", |b| b.iter(|| draw(black_box(brdf))));
+        let (sources, numbers): (Vec<DVec3>, Vec<[f64; 2]>) = queries.iter().map(|q| (q.0, q.2)).unzip();
+        let mut drawn = vec![None; queries.len()];
+        g.bench_function("sample with weight and pdf, many at once", |b| {
+            b.iter(|| black_box(brdf).sample_many(&sources, &numbers, black_box(&mut drawn)));
+        });
         g.bench_function("eval", |b| b.iter(|| queries.iter().map(|q| brdf.eval(q.0, q.1)).sum::<f64>()));
         g.bench_function("pdf", |b| b.iter(|| queries.iter().map(|q| brdf.pdf(q.0, q.1)).sum::<f64>()));
         g.bench_function("eval and pdf", |b| {

@@ -12,7 +12,6 @@ pub mod detectors;
 pub mod facet_sum;
 pub mod facing;
 pub mod first_bounces;
-pub mod hats;
 pub mod kirchhoff;
 pub mod lanes;
 pub mod rays;
