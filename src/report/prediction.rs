@@ -119,7 +119,7 @@ pub fn predict_run(
         table = table.at_nodes(&kept, &all);
         let azimuths = table.needed_phi_i(tolerance);
         table = table.at_nodes(&(0..kept.len()).collect::<Vec<_>>(), &azimuths);
-        decisions = kept.iter().map(|&k| decisions[k].clone()).collect();
+        decisions = kept.iter().map(|&k| decisions[k]).collect();
         bounce_fractions = kept.iter().map(|&k| bounce_fractions[k]).collect();
     }
     let brdf = TableBrdf::new(table)?;
