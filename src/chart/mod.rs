@@ -12,6 +12,7 @@ mod inspection;
 pub mod lobe;
 mod plot;
 mod raster;
+pub mod ray_wave;
 mod shapes;
 mod slices;
 mod units;
