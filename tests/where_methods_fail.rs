@@ -130,7 +130,7 @@ fn the_band_decides_the_slope_and_is_told() {
     assert!(asperity(&[&["synth", "-o", name, "--sq", "0.1um", "--acl", "8um"][..], &size].concat()).status.success());
     let page = asperity(&["inspect", name, "--unit", "m", "--pitch", "1um"]);
     let text = String::from_utf8(page.stdout).unwrap();
-    assert!(text.contains("bandwidth") && text.contains("2.00 um"), "{text}");
+    assert!(text.contains("bandwidth") && text.contains("2.000 \u{b5}m"), "{text}");
 }
 
 /// The standard error that one map gives is the scatter over other maps of the same surface.
