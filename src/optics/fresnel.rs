@@ -118,6 +118,24 @@ mod tests {
         assert_eq!(conductor(0.0, 1.0, 0.0), 1.0);
     }
 
+    /// TV02-TV05 and TV08: both polarisations, and the standard glass.
+    #[test]
+    fn polarised_vectors() {
+        let brewster = 56.309932474;
+        for (angle, s, p) in [
+            (20.0, 0.0470809333588, 0.0334515239742),
+            (60.0, 0.176571488083, 0.00180193752159),
+            (85.0, 0.732345478711, 0.493253811819),
+            (brewster, 0.147928994083, 0.0),
+        ] {
+            let [got_s, got_p] = polarised(cos_deg(angle), 1.5, 0.0);
+            assert!((got_s - s).abs() < 1e-10 && (got_p - p).abs() < 1e-10, "{angle}: {got_s} {got_p}");
+        }
+        for (angle, r) in [(20.0, 0.04907810), (60.0, 0.10005603), (85.0, 0.61914821)] {
+            assert!((dielectric(cos_deg(angle), 1.567) - r).abs() < 1e-8);
+        }
+    }
+
     /// At Brewster's angle R_p vanishes and R_s is twice the mean.
     #[test]
     fn polarised_parts() {
