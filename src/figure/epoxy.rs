@@ -23,11 +23,11 @@ const GRID: synth::Grid = synth::Grid { width: 1024, height: 1024, pitch: [0.6e-
 /// At which materials are looked up and rays are judged \[m\].
 pub const WAVELENGTH: f64 = 550e-9;
 
-/// The table of a map, by the method that the program chooses, and its Sq \[m\].
+/// The table of a map, by the method that the program chooses.
 ///
 /// # Errors
 /// `Error::Parameter` if the map cannot be made or scattered.
-pub fn table(map: Map, material: Material, progress: &(dyn Fn(f64) + Sync)) -> Result<(TableBrdf, f64)> {
+pub fn table(map: Map, material: Material, progress: &(dyn Fn(f64) + Sync)) -> Result<TableBrdf> {
     let surface = synth::Gaussian { sq: map.sq, acl: ACL, seed: map.seed, exact: true };
     let heights = prepare(synth::gaussian(GRID, surface)?, &Preparation::default())?.map;
     let sq = parameters::sq(&heights);
@@ -43,5 +43,5 @@ pub fn table(map: Map, material: Material, progress: &(dyn Fn(f64) + Sync)) -> R
         seed: options.seed,
         program: concat!("asperity ", env!("CARGO_PKG_VERSION")).to_owned(),
     };
-    Ok((TableBrdf::new(Table::from_scatter(&scattered, provenance))?, sq))
+    TableBrdf::new(Table::from_scatter(&scattered, provenance))
 }

@@ -18,6 +18,8 @@ struct Plan {
     width: usize,
     samples: u32,
     max_reflections: u32,
+    /// As in [`RenderOptions`]: one at a time where surfaces are dear to evaluate.
+    lights_asked: usize,
     /// \[m2 sr/W\]
     exposure: f64,
     finishes: fn(&(dyn Fn(f64) + Sync)) -> Result<Prepared>,
@@ -38,7 +40,8 @@ static PLANS: [Plan; 7] = [
         width: 1000,
         samples: 160,
         max_reflections: 4,
-        exposure: 0.55,
+        lights_asked: 8,
+        exposure: 0.8,
         finishes: spheres::finishes,
         scene: spheres::scene,
         aspect: |_| spheres::ASPECT,
@@ -61,10 +64,11 @@ static PLANS: [Plan; 7] = [
     Plan {
         name: "fig9",
         heading: "Metallic paint with coarse and with fine flakes",
-        width: 840,
-        samples: 256,
-        max_reflections: 6,
-        exposure: 0.62,
+        width: 800,
+        samples: 128,
+        max_reflections: 3,
+        lights_asked: 1,
+        exposure: 1.0,
         finishes: vases::flakes,
         scene: vases::scene,
         aspect: vases::aspect,
@@ -77,6 +81,7 @@ static PLANS: [Plan; 7] = [
         heading: "20\u{b0} specular gloss 80, 60, 40 and 20",
         width: 1280,
         samples: 256,
+        exposure: 1.5,
         finishes: tiles::gloss_series,
         ..TILES
     },
@@ -85,16 +90,18 @@ static PLANS: [Plan; 7] = [
         heading: "2\u{b0} haze 10, 60, 110 and 160 at 20\u{b0} gloss 100",
         width: 1280,
         samples: 256,
+        exposure: 0.75,
         finishes: tiles::haze_series,
         ..TILES
     },
     Plan {
         name: "fig13",
         heading: "Metallic paint without a clear coat",
-        width: 960,
-        samples: 256,
-        max_reflections: 6,
-        exposure: 0.62,
+        width: 920,
+        samples: 128,
+        max_reflections: 3,
+        lights_asked: 1,
+        exposure: 1.0,
         finishes: vases::colours,
         scene: vases::scene,
         aspect: vases::aspect,
@@ -104,11 +111,12 @@ static PLANS: [Plan; 7] = [
     },
     Plan {
         name: "fig14",
-        heading: "First surfaces of 20\u{b0} gloss 10 and 60 over one metallic base",
-        width: 1200,
-        samples: 256,
-        max_reflections: 6,
-        exposure: 0.55,
+        heading: "First surfaces of 20\u{b0} gloss 10 and 60",
+        width: 1100,
+        samples: 128,
+        max_reflections: 3,
+        lights_asked: 1,
+        exposure: 0.7,
         finishes: shells::finishes,
         scene: shells::scene,
         aspect: |_| shells::ASPECT,
@@ -125,6 +133,7 @@ const TILES: Plan = Plan {
     width: 0,
     samples: 0,
     max_reflections: 4,
+    lights_asked: 8,
     exposure: 1.0,
     finishes: tiles::epoxy,
     scene: tiles::scene,
@@ -229,6 +238,7 @@ impl Figure {
             seed: settings.seed.unwrap_or(1),
             max_reflections: self.plan.max_reflections,
             estimator,
+            lights_asked: self.plan.lights_asked,
             ..RenderOptions::default()
         }
     }
@@ -295,12 +305,23 @@ impl Figure {
         }
         if panel + 1 == modes.len() {
             let blank = captions.len();
+            let column = |k: usize| (self.plan.column)(k, count);
             for (k, lines) in self.lines.iter().enumerate() {
                 let lines = std::iter::repeat_n(String::new(), blank).chain(lines.iter().cloned()).collect();
-                captions.push(Caption { centre: (self.plan.column)(k, count), width: 1.0 / count as f64, lines });
+                captions.push(Caption { centre: column(k), width: self.room(), lines });
             }
         }
         captions
+    }
+}
+
+impl Figure {
+    /// Share of the width that the words of one body may take.
+    fn room(&self) -> f64 {
+        let count = self.finishes.len();
+        let column = |k: usize| (self.plan.column)(k, count);
+        let apart = (1..count).map(|k| column(k) - column(k - 1)).fold(1.0, f64::min);
+        0.96 * apart
     }
 }
 

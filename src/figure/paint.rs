@@ -1,13 +1,15 @@
 //! Metallic paints as tristimulus values at three aspecular angles, interpolated between them.
 
 use super::finish::Finish;
-use crate::error::Result;
+use crate::math::frame::theta;
 use crate::meter::appearance::flop_index;
-use crate::model::Layered;
 use crate::model::metallic::Metallic;
-use crate::optics::Brdf;
 use crate::optics::colour::{Illuminant, lab, white};
+use crate::optics::{Brdf, BrdfSample};
 use crate::render::Spectral;
+use crate::render::spectral::tristimulus_shares;
+use glam::DVec3;
+use std::sync::Arc;
 
 /// Readings of a multi-angle instrument: X, Y, Z at 15, 45 and 110 deg from the mirror direction under D65, with
 /// Y = 100 for the perfect diffuser.
@@ -34,23 +36,19 @@ impl Paint {
     }
 
     /// The flakes alone: each tristimulus value interpolated by itself.
-    ///
-    /// # Errors
-    /// None for finite readings.
-    pub fn bare(&self) -> Result<Finish> {
-        let part = |k: usize| -> Result<Box<dyn Brdf>> { Ok(Box::new(Metallic::new(self.factors(k)))) };
-        Ok(Finish::Colour(Spectral::tristimulus(&part)?))
+    pub fn bare(&self) -> Finish {
+        let part = |(k, share)| -> (Box<dyn Brdf>, DVec3) { (Box::new(Metallic::new(self.factors(k))), share) };
+        Finish::Colour(Spectral::sum(tristimulus_shares().into_iter().enumerate().map(part).collect()))
     }
 
-    /// The flakes under a first surface.
-    ///
-    /// # Errors
-    /// Those of `coat`.
-    pub fn coated(&self, coat: &dyn Fn() -> Result<Box<dyn Brdf>>) -> Result<Finish> {
-        let part = |k: usize| -> Result<Box<dyn Brdf>> {
-            Ok(Box::new(Layered::new(coat()?, Box::new(Metallic::new(self.factors(k))))))
-        };
-        Ok(Finish::Colour(Spectral::tristimulus(&part)?))
+    /// The flakes under a first surface, by the rule of [`crate::model::Layered`], with the colourless coat counted once.
+    pub fn coated(&self, coat: Box<dyn Brdf>) -> Finish {
+        let coat: Arc<dyn Brdf> = coat.into();
+        let mut parts: Vec<(Box<dyn Brdf>, DVec3)> = vec![(Box::new(Coat(coat.clone())), DVec3::ONE)];
+        for (k, share) in tristimulus_shares().into_iter().enumerate() {
+            parts.push((Box::new(Under { coat: coat.clone(), base: Metallic::new(self.factors(k)) }), share));
+        }
+        Finish::Colour(Spectral::sum(parts))
     }
 
     /// Flop index from the lightness at the three angles.
@@ -61,12 +59,71 @@ impl Paint {
     }
 }
 
+/// A first surface that is shared.
+struct Coat(Arc<dyn Brdf>);
+
+impl Brdf for Coat {
+    fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
+        self.0.eval(wi, wo)
+    }
+
+    fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
+        self.0.sample(wi, u)
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        self.0.pdf(wi, wo)
+    }
+
+    fn eval_and_pdf(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
+        self.0.eval_and_pdf(wi, wo)
+    }
+
+    fn albedo(&self, theta_i: f64) -> f64 {
+        self.0.albedo(theta_i)
+    }
+}
+
+/// Flakes seen through a first surface: `(1 - R_i)(1 - R_o) f_base`.
+struct Under {
+    coat: Arc<dyn Brdf>,
+    base: Metallic,
+}
+
+impl Under {
+    fn transmitted(&self, w: DVec3) -> f64 {
+        (1.0 - self.coat.albedo(theta(w))).clamp(0.0, 1.0)
+    }
+}
+
+impl Brdf for Under {
+    fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
+        let base = self.base.eval(wi, wo);
+        if base > 0.0 { base * self.transmitted(wi) * self.transmitted(wo) } else { 0.0 }
+    }
+
+    fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
+        let draw = self.base.sample(wi, u)?;
+        Some(BrdfSample { weight: draw.weight * self.transmitted(wi) * self.transmitted(draw.wo), ..draw })
+    }
+
+    fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
+        self.base.pdf(wi, wo)
+    }
+
+    /// At most: without the way back through the coat.
+    fn albedo(&self, theta_i: f64) -> f64 {
+        (1.0 - self.coat.albedo(theta_i)).clamp(0.0, 1.0) * self.base.albedo(theta_i)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::direction;
     use crate::model::metallic::Falloff;
+    use crate::model::{Layered, parse};
     use crate::render::spectral::to_linear_srgb;
-    use glam::DVec3;
 
     /// Between the three angles and beyond them the colours stay inside sRGB, and no paint gives more than it gets.
     #[test]
@@ -83,6 +140,21 @@ mod tests {
                 for theta in [0.0, 0.5, 1.0, 1.4] {
                     assert!(brdf.albedo(theta) < 0.9, "{} {k} {theta}: {}", paint.name, brdf.albedo(theta));
                 }
+            }
+        }
+    }
+    /// Coat and base in parts add up to the layered model of each tristimulus value.
+    #[test]
+    fn a_coated_paint_is_the_layered_model() {
+        let coat = || parse("beckmann:alpha=0.1,n=1.5", 550e-9).unwrap();
+        let shared: Arc<dyn Brdf> = coat().into();
+        for k in 0..3 {
+            let whole = Layered::new(coat(), Box::new(Metallic::new(RED.factors(k))));
+            let under = Under { coat: shared.clone(), base: Metallic::new(RED.factors(k)) };
+            for (ti, to, phi) in [(0.2, 0.3, 3.0), (1.0, 0.9, 2.5), (0.7, 0.1, 0.4)] {
+                let (wi, wo) = (direction(ti, 0.0), direction(to, phi));
+                let sum = shared.eval(wi, wo) + under.eval(wi, wo);
+                assert!((sum / whole.eval(wi, wo) - 1.0).abs() < 1e-12);
             }
         }
     }

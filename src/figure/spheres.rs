@@ -20,7 +20,7 @@ const MAPS: [Map; 4] = [
 ];
 const RADIUS: f64 = 0.85;
 const SPACING: f64 = 1.95;
-const LAMP_RADIANCE: f64 = 60.0;
+const LAMP_RADIANCE: f64 = 12.0;
 
 /// Where it is seen from.
 pub const VIEW: View = View { eye: DVec3::new(0.0, -8.2, 2.75), target: DVec3::new(0.0, 0.0, 0.66), field: 0.94 };
@@ -33,9 +33,9 @@ pub fn finishes(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<Stri
     let mut list = Vec::new();
     for (k, map) in MAPS.into_iter().enumerate() {
         let part = |done: f64| progress((k as f64 + done) / MAPS.len() as f64);
-        let (brdf, sq) = table(map, aluminium, &part)?;
+        let brdf = table(map, aluminium, &part)?;
         let g60 = gloss(&brdf, &Geometry::gloss60(), &Options::default());
-        let lines = vec![format!("Sq {:.2} \u{b5}m", sq * 1e6), format!("60\u{b0} gloss {:.0} GU", g60.value)];
+        let lines = vec![format!("Sq {:.2} \u{b5}m", map.sq * 1e6), format!("60\u{b0} gloss {:.0} GU", g60.value)];
         list.push((Finish::Grey(Box::new(brdf)), lines));
     }
     Ok(list)
@@ -65,13 +65,13 @@ pub fn scene(finishes: &[Finish]) -> Result<Scene<'_>> {
     let (x, y, z) = ((right - left) * DVec3::X, (far - near) * DVec3::Y, height * DVec3::Z);
     let tiles = [matt(0.72, 0.70, 0.64), matt(0.07, 0.08, 0.10)];
     scene.add(Quad::new(corner, x, y)?, Cover::Checker(tiles, 0.625));
-    let walls = Cover::Plain(matt(0.26, 0.30, 0.36));
+    let walls = Cover::Plain(matt(0.36, 0.41, 0.48));
     for (at, u, v) in [(corner + y, x, z), (corner, x, z), (corner, y, z), (corner + x, y, z)] {
         scene.add(Quad::new(at, u, v)?, walls);
     }
-    scene.add(Quad::new(corner + z, x, y)?, Cover::Plain(matt(0.32, 0.33, 0.35)));
-    for (x, y) in [(-4.0, -2.6), (0.0, -3.0), (4.0, -2.6), (-3.0, 2.2), (0.0, 2.6), (3.0, 2.2)] {
-        let lamp = Sphere::new(DVec3::new(x, y, 4.3), 0.26)?;
+    scene.add(Quad::new(corner + z, x, y)?, Cover::Plain(matt(0.50, 0.50, 0.50)));
+    for (x, y) in [(-4.2, -3.4), (0.0, -3.6), (4.2, -3.4), (-4.2, 1.6), (0.0, 1.8), (4.2, 1.6)] {
+        let lamp = Sphere::new(DVec3::new(x, y, 4.5), 0.62)?;
         scene.add_emitter(lamp, Paint::plain(LAMP_RADIANCE * DVec3::new(1.0, 0.94, 0.84))?)?;
     }
     Ok(scene)

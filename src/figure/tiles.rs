@@ -35,11 +35,11 @@ pub fn epoxy(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<String>
     let mut list = Vec::new();
     for (k, map) in MAPS.into_iter().enumerate() {
         let part = |done: f64| progress((k as f64 + done) / MAPS.len() as f64);
-        let (brdf, sq) = table(map, EPOXY, &part)?;
+        let brdf = table(map, EPOXY, &part)?;
         let readings = Geometry::standard_three().map(|g| gloss(&brdf, &g, &Options::default()).value);
         let lines = vec![
-            format!("Sq {:.0} nm", sq * 1e9),
-            format!("gloss 20\u{b0} {:.1}, 60\u{b0} {:.1}, 85\u{b0} {:.1}", readings[0], readings[1], readings[2]),
+            format!("Sq {:.0} nm", map.sq * 1e9),
+            format!("gloss 20\u{b0} {:.1}  60\u{b0} {:.1}  85\u{b0} {:.1}", readings[0], readings[1], readings[2]),
         ];
         list.push((Finish::Grey(Box::new(brdf)), lines));
     }
@@ -61,9 +61,10 @@ pub fn haze_series(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<S
     progress(1.0);
     let lines = |s: &Solved| {
         vec![
-            format!("haze {:.1}", s.haze.value),
+            format!("2\u{b0} haze {:.1}", s.haze.value),
             format!("20\u{b0} gloss {:.1}", s.gloss.value),
-            format!("alpha {:.4}, rho_s {:.4}", s.alpha, s.rho_s),
+            format!("Ward, alpha {:.4}", s.alpha),
+            format!("rho_s {:.4}", s.rho_s),
         ]
     };
     Ok(solved.into_iter().map(|s| (lines(&s), s)).map(|(lines, s)| (Finish::Grey(s.brdf), lines)).collect())

@@ -2,7 +2,7 @@
 
 use super::finish::{Finish, View};
 use super::paint::{BLUE, GOLD, RED};
-use super::shell::backdrop;
+use super::shell::add_backdrop;
 use crate::error::Result;
 use crate::math::Estimate;
 use crate::meter::appearance::flop_index;
@@ -42,7 +42,7 @@ const SPACING: f64 = 0.26;
 /// Where it is seen from: farther away the more vases there are.
 pub fn view(count: usize) -> View {
     let eye = DVec3::new(0.0, -1.55 - 0.3 * (count as f64 - 2.0), 0.52);
-    View { eye, target: DVec3::new(0.0, 0.0, 0.148), field: 0.235 + 0.11 * count as f64 }
+    View { eye, target: DVec3::new(0.0, 0.0, 0.148), field: 0.175 + 0.10 * count as f64 }
 }
 
 /// Width over height.
@@ -91,10 +91,10 @@ pub fn colours(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<Strin
         let y = paint.xyz.map(|xyz| xyz[1]);
         let mut lines = vec![
             format!("{} metallic", paint.name),
-            format!("Y 15\u{b0} {:.0}, 45\u{b0} {:.0}, 110\u{b0} {:.1}", y[0], y[1], y[2]),
+            format!("Y(15\u{b0} 45\u{b0} 110\u{b0}) {:.0} {:.0} {:.0}", y[0], y[1], y[2]),
         ];
         lines.extend(paint.flop().map(|f| format!("flop index {f:.1}")));
-        list.push((paint.bare()?, lines));
+        list.push((paint.bare(), lines));
     }
     progress(1.0);
     Ok(list)
@@ -103,7 +103,7 @@ pub fn colours(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<Strin
 /// Vases in a row, a large window to the left, a strip to the right, a lamp above.
 pub fn scene(finishes: &[Finish]) -> Result<Scene<'_>> {
     let mut scene = Scene::new(DVec3::splat(0.28))?;
-    scene.add(backdrop(1.2)?, Cover::Plain(Coat::new(Reflector::Grey(&WHITE), DVec3::new(0.42, 0.43, 0.45))));
+    add_backdrop(&mut scene, 1.2, Coat::new(Reflector::Grey(&WHITE), DVec3::new(0.42, 0.43, 0.45)))?;
     let vase = revolution(&PROFILE, true)?;
     for (k, finish) in finishes.iter().enumerate() {
         let place = DAffine3::from_translation(foot(k, finishes.len()));
@@ -127,7 +127,7 @@ pub fn scene(finishes: &[Finish]) -> Result<Scene<'_>> {
             DVec3::new(0.92, 0.96, 1.0),
         ),
         // Above.
-        (DVec3::new(-0.4, -0.3, 1.25), DVec3::new(0.0, 0.5, 0.0), DVec3::new(0.8, 0.0, 0.0), 2.6, DVec3::ONE),
+        (DVec3::new(-0.4, -0.3, 1.25), DVec3::new(0.0, 0.5, 0.0), DVec3::new(0.8, 0.0, 0.0), 4.0, DVec3::ONE),
     ];
     for (corner, u, v, radiance, colour) in lamps {
         scene.add_emitter(facing_stage(corner, u, v)?, Paint::plain(radiance * colour)?)?;

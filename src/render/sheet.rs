@@ -95,21 +95,27 @@ impl Sheet {
         let inner = columns * width + (columns - 1) * GAP;
         let heading = if layout.heading.is_empty() { vec![] } else { Lettering::Heading.wrap(&layout.heading, inner) };
         let note = if layout.note.is_empty() { vec![] } else { Lettering::Small.wrap(&layout.note, inner) };
-        let texts: Vec<Vec<Text>> =
-            panels.iter().map(|p| p.captions.iter().map(|c| Text::new(c, width)).collect()).collect();
-        let caption_height = texts.iter().flatten().map(Text::height).max().unwrap_or(0);
-        let below = if caption_height > 0 { caption_height + GAP / 2 + GAP } else { GAP };
+        let texts: Vec<Vec<Text>> = panels.iter().map(|p| Text::all(&p.captions, width)).collect();
         let top =
             MARGIN + if heading.is_empty() { 0 } else { heading.len() * Lettering::Heading.line_height() + GAP / 2 };
-        let pitch = height + below;
-        let bottom = top + panels.len().div_ceil(columns) * pitch;
+        // A row is as high as its highest caption asks.
+        let mut bottom = top;
+        let tops: Vec<usize> = texts
+            .chunks(columns)
+            .map(|row| {
+                let start = bottom;
+                let caption = row.iter().flatten().map(Text::height).max().unwrap_or(0);
+                bottom += height + GAP + if caption > 0 { caption + GAP / 2 } else { 0 };
+                start
+            })
+            .collect();
         let foot = if note.is_empty() { 0 } else { note.len() * Lettering::Small.line_height() };
         let mut film = Film::new(inner + 2 * MARGIN, bottom + foot + MARGIN - 8)?;
         let mut picture = Picture::filled(film.width(), film.height(), PAPER);
         write_lines(&mut picture, [MARGIN, MARGIN], &heading, Lettering::Heading, INK);
         write_lines(&mut picture, [MARGIN, bottom], &note, Lettering::Small, FAINT_INK);
         for (i, (panel, texts)) in panels.iter().zip(&texts).enumerate() {
-            let (x, y) = (MARGIN + (i % columns) * (width + GAP), top + (i / columns) * pitch);
+            let (x, y) = (MARGIN + (i % columns) * (width + GAP), tops[i / columns]);
             film.paste(&panel.film, x, y);
             picture.draw_film(&panel.film, x, y, layout.exposure);
             picture.draw_frame(x, y, width, height, INK);
@@ -134,15 +140,29 @@ struct Text {
 }
 
 impl Text {
-    fn new(caption: &Caption, panel: usize) -> Self {
-        let width = (caption.width * panel as f64).round().max(1.0) as usize;
-        let lines = caption.lines.iter().enumerate().flat_map(|(i, line)| {
-            let style = if i == 0 { Lettering::Strong } else { Lettering::Medium };
-            // Narrow panels get small letters before they get broken lines.
-            let style = if style.text_width(line) > width { Lettering::Small } else { style };
-            style.wrap(line, width).into_iter().map(move |l| (style, l))
-        });
-        Text { centre: (caption.centre * panel as f64).round().max(0.0) as usize, lines: lines.collect() }
+    /// The captions of a panel, in small letters if one of their lines is too long: small letters before broken lines.
+    fn all(captions: &[Caption], panel: usize) -> Vec<Text> {
+        let room = |c: &Caption| (c.width * panel as f64).round().max(1.0) as usize;
+        let fits = |c: &Caption| c.lines.iter().enumerate().all(|(i, l)| Self::style(i, true).text_width(l) <= room(c));
+        let large = captions.iter().all(fits);
+        captions
+            .iter()
+            .map(|caption| {
+                let lines = caption.lines.iter().enumerate().flat_map(|(i, line)| {
+                    let style = Self::style(i, large);
+                    style.wrap(line, room(caption)).into_iter().map(move |l| (style, l))
+                });
+                Text { centre: (caption.centre * panel as f64).round().max(0.0) as usize, lines: lines.collect() }
+            })
+            .collect()
+    }
+
+    fn style(line: usize, large: bool) -> Lettering {
+        match (line, large) {
+            (0, _) => Lettering::Strong,
+            (_, true) => Lettering::Medium,
+            (_, false) => Lettering::Small,
+        }
     }
 
     fn height(&self) -> usize {
@@ -184,9 +204,9 @@ mod tests {
     fn panels_wrap_and_captions_stay_inside() {
         let sheet = Sheet::compose(&[panel(90, &["a"]), panel(90, &["b", "c"]), panel(90, &[])], &layout()).unwrap();
         assert_eq!(sheet.film().width(), 2 * 90 + GAP + 2 * MARGIN);
-        // All rows are as high as the highest caption.
+        // A row is as high as its highest caption.
         let lines = Lettering::Strong.line_height() + Lettering::Medium.line_height();
-        assert_eq!(sheet.film().height(), 2 * (20 + lines + GAP / 2 + GAP) + 2 * MARGIN - 8);
+        assert_eq!(sheet.film().height(), 2 * (20 + GAP) + lines + GAP / 2 + 2 * MARGIN - 8);
         assert_eq!((sheet.picture().width(), sheet.picture().height()), (sheet.film().width(), sheet.film().height()));
         // A caption at the very edge is moved inside: nothing but paper outside of the panel.
         let mut edge = panel(90, &[]);

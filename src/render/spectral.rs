@@ -34,17 +34,9 @@ impl Spectral {
         Ok(Spectral { parts: parts.collect::<Result<_>>()? })
     }
 
-    /// Three BRDFs instead of a spectrum: `build(k)` is the tristimulus value X, Y or Z (k = 0, 1, 2) of `f_r` relative to
-    /// that of the perfect diffuser under D65. Colours outside of sRGB have negative channels.
-    ///
-    /// # Errors
-    /// Those of `build`.
-    pub fn tristimulus(build: &dyn Fn(usize) -> Result<Box<dyn Brdf>>) -> Result<Self> {
-        let white = colour::white(Illuminant::D65);
-        let shares = [0, 1, 2].map(|k| white[k] * to_srgb().col(k));
-        // Exactly white, whatever the rounding of the matrix.
-        let sum: DVec3 = shares.iter().sum();
-        Ok(Spectral { parts: (0..3).map(|k| Ok((build(k)?, shares[k] / sum))).collect::<Result<_>>()? })
+    /// The sum of BRDFs, each with its share in red, green and blue. Sampling draws from every part equally often.
+    pub fn sum(parts: Vec<(Box<dyn Brdf>, DVec3)>) -> Self {
+        Spectral { parts }
     }
 
     /// `f_r` per channel and the density of [`Self::sample`], the mean of those of the wavelengths.
@@ -98,6 +90,15 @@ fn to_srgb() -> DMat3 {
 /// Linear sRGB of X, Y, Z under D65, Y = 1 for white; negative channels outside of sRGB.
 pub fn to_linear_srgb(xyz: DVec3) -> DVec3 {
     to_srgb() * xyz
+}
+
+/// Linear sRGB of each tristimulus value of the perfect diffuser under D65; together they are exactly white.
+pub fn tristimulus_shares() -> [DVec3; 3] {
+    let white = colour::white(Illuminant::D65);
+    let shares = [0, 1, 2].map(|k| white[k] * to_srgb().col(k));
+    // Whatever the rounding of the matrix.
+    let sum: DVec3 = shares.iter().sum();
+    shares.map(|share| share / sum)
 }
 
 /// Share of a reflectance at each wavelength in linear sRGB.
