@@ -4,13 +4,18 @@ use asperity::figure::{Figure, Settings, noise};
 use asperity::render::stage::{Backdrop, Stage};
 use asperity::render::{Camera, Estimator, Film, RenderOptions, Scene, render};
 use glam::DVec3;
+use std::sync::{Arc, LazyLock, OnceLock};
 
 fn small(width: usize, samples: u32) -> Settings {
     Settings { width: Some(width), samples: Some(samples), ..Settings::default() }
 }
 
-fn prepared(name: &str) -> Figure {
-    Figure::prepare(name, &|_| ()).unwrap()
+/// Surfaces are dear: each figure is prepared once for all tests.
+fn prepared(name: &'static str) -> Arc<Figure> {
+    static READY: LazyLock<Vec<(&str, OnceLock<Arc<Figure>>)>> =
+        LazyLock::new(|| Figure::names().into_iter().map(|name| (name, OnceLock::new())).collect());
+    let slot = &READY.iter().find(|(n, _)| *n == name).unwrap().1;
+    slot.get_or_init(|| Arc::new(Figure::prepare(name, &|_| ()).unwrap())).clone()
 }
 
 fn shot(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Film {
@@ -19,13 +24,13 @@ fn shot(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Film {
 
 /// Light that arrives at `point` from around `axis`: (direction, radiance, solid angle). Nothing is reflected.
 fn arriving(scene: &Scene, point: DVec3, axis: DVec3) -> Vec<(DVec3, DVec3, f64)> {
-    const SIDE: usize = 1200;
+    const SIDE: usize = 900;
     let field = 76f64.to_radians();
     let camera = Camera::perspective(point, point + axis, DVec3::Y, field, 1.0).unwrap();
     let options = RenderOptions {
         width: SIDE,
         height: SIDE,
-        samples_per_pixel: 8,
+        samples_per_pixel: 4,
         max_reflections: 0,
         ..RenderOptions::default()
     };
@@ -40,7 +45,7 @@ fn arriving(scene: &Scene, point: DVec3, axis: DVec3) -> Vec<(DVec3, DVec3, f64)
 }
 
 /// Where the lamp is mirrored, the tiles send `sum f_r L cos_theta_i dw`, plus the mirror beam of the specular core: a sum
-/// over 1.4 million directions against the path tracer.
+/// over 0.8 million directions against the path tracer.
 #[test]
 fn radiance_read_off_the_tiles_is_f_r_times_the_light() {
     let figure = prepared("fig8");
@@ -64,7 +69,7 @@ fn radiance_read_off_the_tiles_is_f_r_times_the_light() {
             .length()
             .asin();
         let camera = Camera::perspective(eye, point, DVec3::Z, pixel, 1.0).unwrap();
-        let options = RenderOptions { width: 16, height: 16, samples_per_pixel: 256, ..full };
+        let options = RenderOptions { width: 16, height: 16, samples_per_pixel: 128, ..full };
         let read = shot(&scene, &camera, &options).mean();
         let brdf = figure.finishes()[tile].grey().unwrap();
         let wo = (eye - point).normalize();
@@ -113,10 +118,10 @@ fn worst_firefly(film: &Film) -> (f64, usize, usize) {
 fn no_pixel_stands_far_above_its_neighbours() {
     for name in Figure::names() {
         let figure = prepared(name);
-        let picture = figure.render(&small(220, 48), &|_| ()).unwrap();
+        let picture = figure.render(&small(160, 40), &|_| ()).unwrap();
         for (estimator, film) in picture.films() {
-            // Uniform directions are there to be noisy.
-            if *estimator == Estimator::Uniform {
+            // Uniform directions are there to be noisy; direct light alone leaves lamps on black spheres: edges, not noise.
+            if *estimator != Estimator::Mis {
                 continue;
             }
             let (ratio, x, y) = worst_firefly(film);
@@ -130,13 +135,13 @@ fn no_pixel_stands_far_above_its_neighbours() {
 #[test]
 fn alias_sampling_is_far_less_noisy_than_uniform_sampling() {
     let figure = prepared("fig7");
-    let list = noise(&figure, &small(100, 160), 2048, &|_| ()).unwrap();
+    let list = noise(&figure, &small(72, 160), 1024, &|_| ()).unwrap();
     let gain = list[0].mean_square / list[1].mean_square;
     assert!(gain > 30.0, "{list:?}");
     // The same light: the mean of both modes is that of the reference.
     let scene = figure.scene().unwrap();
     let mean = |estimator: Estimator| {
-        let options = figure.options(&small(60, 160), estimator);
+        let options = figure.options(&small(48, 160), estimator);
         let camera = figure.camera(options.width as f64 / options.height as f64).unwrap();
         shot(&scene, &camera, &options).mean()
     };
@@ -153,12 +158,12 @@ fn alias_sampling_is_far_less_noisy_than_uniform_sampling() {
 #[test]
 fn the_floor_is_missing_in_direct_light_only() {
     let figure = prepared("fig7");
-    let picture = figure.render(&small(200, 64), &|_| ()).unwrap();
+    let picture = figure.render(&small(160, 16), &|_| ()).unwrap();
     let below = |estimator: Estimator| {
         let film = &picture.films().iter().find(|(e, _)| *e == estimator).unwrap().1;
         // The lower third of the rightmost sphere, in front of its foot.
         let (x, y) = (film.width() * 84 / 100, film.height() * 66 / 100);
-        let row: Vec<f64> = (x - 8..x + 8).map(|x| f64::from(film.pixel(x, y).unwrap().radiance[1])).collect();
+        let row: Vec<f64> = (x - 6..x + 6).map(|x| f64::from(film.pixel(x, y).unwrap().radiance[1])).collect();
         row.iter().sum::<f64>() / row.len() as f64
     };
     let (direct, alias) = (below(Estimator::Direct), below(Estimator::Mis));

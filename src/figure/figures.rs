@@ -64,7 +64,7 @@ static PLANS: [Plan; 7] = [
     Plan {
         name: "fig9",
         heading: "Metallic paint with coarse and with fine flakes",
-        width: 800,
+        width: 720,
         samples: 128,
         max_reflections: 3,
         lights_asked: 1,
@@ -97,8 +97,8 @@ static PLANS: [Plan; 7] = [
     Plan {
         name: "fig13",
         heading: "Metallic paint without a clear coat",
-        width: 920,
-        samples: 128,
+        width: 880,
+        samples: 96,
         max_reflections: 3,
         lights_asked: 1,
         exposure: 1.0,
@@ -112,8 +112,8 @@ static PLANS: [Plan; 7] = [
     Plan {
         name: "fig14",
         heading: "First surfaces of 20\u{b0} gloss 10 and 60",
-        width: 1100,
-        samples: 128,
+        width: 960,
+        samples: 96,
         max_reflections: 3,
         lights_asked: 1,
         exposure: 0.7,

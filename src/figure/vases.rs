@@ -70,6 +70,7 @@ pub fn flakes(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<String
             ),
         ];
         let flop = flop_index(lightness[0], lightness[1], lightness[2]);
+        lines.push("at 15\u{b0}, 45\u{b0}, 110\u{b0}".to_owned());
         lines.extend(flop.map(|f| format!("flop index {f:.1}")));
         list.push((Finish::Grey(brdf), lines));
     }
@@ -89,10 +90,8 @@ pub fn colours(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<Strin
     let mut list = Vec::new();
     for paint in [RED, GOLD, BLUE] {
         let y = paint.xyz.map(|xyz| xyz[1]);
-        let mut lines = vec![
-            format!("{} metallic", paint.name),
-            format!("Y(15\u{b0} 45\u{b0} 110\u{b0}) {:.0} {:.0} {:.0}", y[0], y[1], y[2]),
-        ];
+        let mut lines = vec![format!("{} metallic", paint.name), format!("Y {:.0}, {:.0}, {:.0} %", y[0], y[1], y[2])];
+        lines.push("at 15\u{b0}, 45\u{b0}, 110\u{b0}".to_owned());
         lines.extend(paint.flop().map(|f| format!("flop index {f:.1}")));
         list.push((paint.bare(), lines));
     }
