@@ -18,8 +18,6 @@ struct Plan {
     width: usize,
     samples: u32,
     max_reflections: u32,
-    /// As in [`RenderOptions`]: one at a time where surfaces are dear to evaluate.
-    lights_asked: usize,
     /// \[m2 sr/W\]
     exposure: f64,
     finishes: fn(&(dyn Fn(f64) + Sync)) -> Result<Prepared>,
@@ -40,7 +38,6 @@ static PLANS: [Plan; 7] = [
         width: 1000,
         samples: 160,
         max_reflections: 4,
-        lights_asked: 8,
         exposure: 0.8,
         finishes: spheres::finishes,
         scene: spheres::scene,
@@ -67,7 +64,6 @@ static PLANS: [Plan; 7] = [
         width: 720,
         samples: 128,
         max_reflections: 3,
-        lights_asked: 1,
         exposure: 1.0,
         finishes: vases::flakes,
         scene: vases::scene,
@@ -100,7 +96,6 @@ static PLANS: [Plan; 7] = [
         width: 880,
         samples: 96,
         max_reflections: 3,
-        lights_asked: 1,
         exposure: 1.0,
         finishes: vases::colours,
         scene: vases::scene,
@@ -115,7 +110,6 @@ static PLANS: [Plan; 7] = [
         width: 960,
         samples: 96,
         max_reflections: 3,
-        lights_asked: 1,
         exposure: 0.7,
         finishes: shells::finishes,
         scene: shells::scene,
@@ -133,7 +127,6 @@ const TILES: Plan = Plan {
     width: 0,
     samples: 0,
     max_reflections: 4,
-    lights_asked: 8,
     exposure: 1.0,
     finishes: tiles::epoxy,
     scene: tiles::scene,
@@ -238,7 +231,6 @@ impl Figure {
             seed: settings.seed.unwrap_or(1),
             max_reflections: self.plan.max_reflections,
             estimator,
-            lights_asked: self.plan.lights_asked,
             ..RenderOptions::default()
         }
     }

@@ -108,7 +108,7 @@ pub fn car_shell() -> Result<Mesh> {
 /// Centres of the outer faces of the wheels.
 fn wheels() -> [DVec3; 4] {
     let at = |k: usize| {
-        let (x, side) = (WHEELS[k / 2], if k % 2 == 0 { -1.0 } else { 1.0 });
+        let (x, side) = (WHEELS[k / 2], if k.is_multiple_of(2) { -1.0 } else { 1.0 });
         DVec3::new(x, side * (HALF_WIDTH * 0.985), WHEEL)
     };
     [at(0), at(1), at(2), at(3)]
