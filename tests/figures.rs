@@ -190,7 +190,7 @@ fn figures_do_not_depend_on_threads() {
 
 #[test]
 fn captions_say_what_the_meter_reads() {
-    let first = |name: &str| -> Vec<String> { prepared(name).captions().iter().map(|c| c[0].clone()).collect() };
+    let first = |name: &'static str| -> Vec<String> { prepared(name).captions().iter().map(|c| c[0].clone()).collect() };
     assert_eq!(
         first("fig11"),
         ["20\u{b0} gloss 80.0", "20\u{b0} gloss 60.0", "20\u{b0} gloss 40.0", "20\u{b0} gloss 20.0"]
