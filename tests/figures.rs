@@ -12,7 +12,8 @@ fn small(width: usize, samples: u32) -> Settings {
 
 /// Surfaces are dear: each figure is prepared once for all tests.
 fn prepared(name: &'static str) -> Arc<Figure> {
-    static READY: LazyLock<Vec<(&str, OnceLock<Arc<Figure>>)>> =
+    type Slot = (&'static str, OnceLock<Arc<Figure>>);
+    static READY: LazyLock<Vec<Slot>> =
         LazyLock::new(|| Figure::names().into_iter().map(|name| (name, OnceLock::new())).collect());
     let slot = &READY.iter().find(|(n, _)| *n == name).unwrap().1;
     slot.get_or_init(|| Arc::new(Figure::prepare(name, &|_| ()).unwrap())).clone()
@@ -190,7 +191,8 @@ fn figures_do_not_depend_on_threads() {
 
 #[test]
 fn captions_say_what_the_meter_reads() {
-    let first = |name: &'static str| -> Vec<String> { prepared(name).captions().iter().map(|c| c[0].clone()).collect() };
+    let first =
+        |name: &'static str| -> Vec<String> { prepared(name).captions().iter().map(|c| c[0].clone()).collect() };
     assert_eq!(
         first("fig11"),
         ["20\u{b0} gloss 80.0", "20\u{b0} gloss 60.0", "20\u{b0} gloss 40.0", "20\u{b0} gloss 20.0"]
