@@ -28,7 +28,8 @@ fn mean(film: &Film, channel: usize) -> Estimate {
 
 /// Sees a millimetre about the origin from `theta`.
 fn close_up(theta: f64) -> Camera {
-    Camera::orthographic(direction(theta, 0.3), DVec3::ZERO, DVec3::Z, 1e-3, 1.0).unwrap()
+    let up = if theta < 0.1 { DVec3::Y } else { DVec3::Z };
+    Camera::orthographic(direction(theta, 0.3), DVec3::ZERO, up, 1e-3, 1.0).unwrap()
 }
 
 /// Surroundings as they come from a file: one colour per pixel.
@@ -146,7 +147,8 @@ fn all_estimators_have_the_same_mean_for_every_lamp() {
     // Direct light is less than all light, and the picture is not grey.
     let direct = shoot(&scene, &camera, &RenderOptions { estimator: Estimator::Direct, ..options(24, 256) });
     assert!(mean(&direct, 1).value < 0.97 * mean(&films[0], 1).value);
-    assert!(mean(&films[0], 0).value > 1.05 * mean(&films[0], 2).value);
+    let [red, blue] = [0, 2].map(|channel| mean(&films[0], channel).value);
+    assert!((red / blue - 1.0).abs() > 0.02, "{red} {blue}");
 }
 
 /// Under a sky of radiance 1 a flat tile shows its albedo: 1 less what the model or the table documents as lost.
@@ -161,7 +163,7 @@ fn a_furnace_shows_the_albedo() {
             let mut scene = Scene::new(DVec3::ONE).unwrap();
             scene.add(floor(1.0), plain(brdf.as_ref()));
             let albedo = brdf.albedo(theta);
-            assert!(albedo > 0.9 && albedo < 1.0 + 1e-3, "{k}: {albedo}");
+            assert!(albedo > 0.85 && albedo < 1.0 + 1e-3, "{k}: {albedo}");
             for pixel in shoot(&scene, &close_up(theta), &options(12, 256)).pixels() {
                 let (value, error) = (f64::from(pixel.radiance[1]), f64::from(pixel.standard_error[1]));
                 // The albedo of a table is itself a sum over its cells, good to 1e-3.
