@@ -6,6 +6,7 @@ use asperity::math::statistics::chi_square_test;
 use asperity::math::{direction, random::CounterRng};
 use asperity::model::{Absent, Definition, Entry, MODELS, Parameter, Scale};
 use asperity::optics::Brdf;
+use asperity::sample::audit;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -296,6 +297,35 @@ fn the_whole_range_of_every_parameter() {
     let count = built.count();
     println!("{count} of {} built", all.len());
     assert!(10 * count > 7 * all.len(), "{count} of {}", all.len());
+}
+
+/// `asperity check` of every model, brushed ones at every azimuth: a statement fails only where the page of the model says
+/// so, and every offender that was met is one that the documentation names.
+#[test]
+fn every_model_passes_the_check_of_the_command_line() {
+    let degrees = |list: &[f64]| list.iter().map(|d| d.to_radians()).collect::<Vec<f64>>();
+    let options = audit::Options {
+        theta_i: degrees(&[0.0, 33.0, 60.0, 80.0]),
+        phi_i: degrees(&[0.0, 37.0]),
+        draws: 20_000,
+        ..audit::Options::default()
+    };
+    let examples = MODELS.iter().map(|entry| Definition::parse(entry.example).unwrap());
+    let drawn = MODELS.iter().flat_map(|entry| definitions(entry, 3, Range::Usual));
+    let all: Vec<Definition> = examples.chain(drawn).collect();
+    all.par_iter().enumerate().for_each(|(number, definition)| {
+        let brdf = definition.build(WAVELENGTH).unwrap();
+        for fault in audit::audit(brdf.as_ref(), None, &options).findings {
+            let documented = match fault.statement {
+                audit::Statement::Energy => definition.entry().exceeds_one && fault.what.contains("of the light"),
+                audit::Statement::Reciprocity => !definition.is_reciprocal(),
+                _ => false,
+            };
+            let (theta, phi) = (fault.theta_i_deg, fault.phi_i_deg);
+            assert!(documented, "{definition} at {theta:.0}, {phi:.0}: {}", fault.what);
+            assert!(number >= MODELS.len(), "an example is no offender: {definition} at {theta:.0}: {}", fault.what);
+        }
+    });
 }
 
 /// The corners of the unit square and grazing light give numbers, never NaN; weights of visible normals never exceed R.

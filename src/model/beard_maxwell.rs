@@ -49,7 +49,7 @@ pub static ENTRY: Entry = Entry {
     exceeds_one: true,
     energy: "exceeds 1 near grazing: shadowing has no limit there",
     source: "Maxwell, Beard, Weiner, Ladd 1973; Westlund, Meyer, Hunt 2002, equations 3-4",
-    example: "beard-maxwell:scan=0:1.2;5:0.5;15:0.08;40:0.01;80:0.003,n=1.5,rho_D=0.05",
+    example: "beard-maxwell:scan=0:0.12;5:0.05;15:0.008;40:0.001;80:0.0003,n=1.5,rho_D=0.05",
     build: |a| {
         let scan = a.word("scan").ok_or_else(|| a.error("`scan` is missing"))?;
         let scan = ZeroBistatic::parse(scan)?;

@@ -59,6 +59,10 @@ impl Brdf for Bounded {
         table.at(theta_i).min(self.inner.albedo(theta_i)).min(1.0)
     }
 
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        sampled_average(self, wi, DRAWS)
+    }
+
     fn specular_core(&self, wi: DVec3) -> f64 {
         let core = self.inner.specular_core(wi);
         if core > 0.0 { core / self.divisor(wi, wi) } else { 0.0 }

@@ -113,6 +113,11 @@ impl Brdf for Layered {
         coat + (1.0 - coat).max(0.0) * base
     }
 
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        let base = sampled_average(&Through { layers: self }, wi, DRAWS);
+        self.coat.albedo_towards(wi) + self.transmitted(wi) * base
+    }
+
     fn specular_core(&self, wi: DVec3) -> f64 {
         let base = self.base.specular_core(wi);
         self.coat.specular_core(wi) + if base > 0.0 { base * self.transmitted(wi).powi(2) } else { 0.0 }

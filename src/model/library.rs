@@ -341,6 +341,10 @@ impl Brdf for Between {
         self.mix(self.low.albedo(theta_i), self.high.albedo(theta_i))
     }
 
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        self.mix(self.low.albedo_towards(wi), self.high.albedo_towards(wi))
+    }
+
     fn specular_core(&self, wi: DVec3) -> f64 {
         self.mix(self.low.specular_core(wi), self.high.specular_core(wi))
     }

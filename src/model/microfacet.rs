@@ -20,6 +20,7 @@
 use super::albedo::{AlbedoTable, half_vector_average};
 use super::parameter::Word;
 use super::smooth::mirror_sample;
+use crate::math::frame::theta;
 use crate::math::{half_vector, reflect};
 use crate::optics::{Brdf, BrdfSample, Material};
 use glam::DVec3;
@@ -248,6 +249,10 @@ impl<S: Shape> Brdf for Microfacet<S> {
         }
         let azimuths = if self.alpha[0] == self.alpha[1] { 1 } else { AZIMUTHS };
         self.albedo.get_or_init(|| AlbedoTable::new(azimuths, |wi| self.integrate(wi))).at(theta_i)
+    }
+
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        if self.alpha[0] == self.alpha[1] { self.albedo(theta(wi)) } else { self.integrate(wi) }
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {

@@ -243,6 +243,10 @@ impl Brdf for PoulinFournier {
         self.density(wi, wo, &self.view(wi.x.atan2(wi.z)))
     }
 
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        sampled_average(self, wi, DRAWS)
+    }
+
     /// Averaged over the incident azimuth.
     fn albedo(&self, theta_i: f64) -> f64 {
         let integrate = |wi| sampled_average(self, wi, DRAWS / AZIMUTHS);
