@@ -63,9 +63,10 @@ pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
     let c_low = (1.0 - y * 0.5) + y2 * (1.0 / 24.0 - y * (1.0 / 720.0));
     let c_high = (1.0 / 40_320.0 - y * (1.0 / 3_628_800.0)) + y2 * (1.0 / 479_001_600.0 - y * (1.0 / 87_178_291_200.0));
     let (s, c) = (x * (s_low + y4 * s_high), c_low + y4 * (c_high + y4 * (1.0 / 20_922_789_888_000.0)));
-    // A quarter turn takes (s, c) to (c, -s).
-    let (s, c) = if quarter & 1 == 0 { (s, c) } else { (c, -s) };
-    if quarter & 2 == 0 { (s, c) } else { (-s, -c) }
+    // A quarter turn takes (s, c) to (c, -s). By products: where a direction falls is random, and no branch could be foreseen.
+    let (odd, even) = (f64::from(quarter & 1), f64::from(1 - (quarter & 1)));
+    let sign = f64::from(1 - (quarter & 2));
+    (sign * (even * s + odd * c), sign * (even * c - odd * s))
 }
 
 /// Two unit vectors that complete the unit vector `n` to a right-handed frame `(t, b, n)`.
