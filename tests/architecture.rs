@@ -13,7 +13,7 @@ const FLOORS: [&[&str]; 11] = [
     &["sample", "fit"],
     &["render", "meter"],
     &["chart"],
-    &["report"],
+    &["report", "bench"],
     &["cli"],
 ];
 
