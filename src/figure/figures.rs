@@ -231,7 +231,7 @@ impl Figure {
             seed: settings.seed.unwrap_or(1),
             max_reflections: self.plan.max_reflections,
             estimator,
-            ..RenderOptions::default()
+            error: settings.error,
         }
     }
 
@@ -258,7 +258,8 @@ impl Figure {
         let exposure = settings.exposure.unwrap_or(self.plan.exposure);
         let options = self.options(settings, Estimator::Mis);
         let note = format!(
-            "Path traced, {} paths a pixel, {} reflections at most; display = sRGB({} m\u{b2} sr/W \u{d7} radiance).",
+            "Path traced, {}{} paths a pixel, {} reflections at most; display = sRGB({} m\u{b2} sr/W \u{d7} radiance).",
+            if options.error.is_some() { "at most " } else { "" },
             options.samples_per_pixel,
             options.max_reflections,
             crate::render::tiles::short(exposure),
