@@ -81,6 +81,16 @@ impl ScatterOptions {
         ScatterOptions { wavelength, ..self.clone() }
     }
 
+    /// The same by rays alone.
+    pub fn by_rays(&self) -> Self {
+        ScatterOptions { method: MethodFlag::Geometric, ..self.clone() }
+    }
+
+    /// The same by waves alone.
+    pub fn by_waves(&self) -> Self {
+        ScatterOptions { method: MethodFlag::Kirchhoff, ..self.clone() }
+    }
+
     /// Seed of everything random.
     pub fn seed(&self) -> u64 {
         self.seed
