@@ -12,7 +12,7 @@ const FLOORS: [&[&str]; 11] = [
     &["table", "model"],
     &["sample", "fit"],
     &["render", "meter"],
-    &["chart"],
+    &["chart", "figure"],
     &["report", "bench"],
     &["cli"],
 ];

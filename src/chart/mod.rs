@@ -13,6 +13,7 @@ pub mod lobe;
 pub mod panels;
 mod plot;
 mod raster;
+pub mod ray_wave;
 mod shapes;
 mod slices;
 mod units;

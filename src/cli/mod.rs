@@ -6,6 +6,7 @@ mod check;
 mod convert;
 mod correspondence;
 mod eval;
+mod figure;
 mod fit;
 mod fit_target;
 mod gloss;

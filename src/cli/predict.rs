@@ -186,13 +186,9 @@ fn summarise(
     let bar = Bar::new("tiles", 1);
     let picture = render_tiles(&tiles, look, &|share| bar.set(0, share))?;
     bar.finish();
-    for (name, save) in [("tiles.png", true), ("tiles.exr", false)] {
+    for name in ["tiles.png", "tiles.exr"] {
         let path = a.output.join(name);
-        if save {
-            picture.save_png(&path)?
-        } else {
-            picture.save_exr(&path)?
-        }
+        picture.save(&path)?;
         outputs.push(path);
     }
     let report = a.output.join("report.html");

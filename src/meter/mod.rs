@@ -15,6 +15,7 @@ pub mod multi_angle;
 mod overlap;
 pub mod path;
 mod plan;
+pub mod ray_wave;
 pub mod scan;
 mod slope_cells;
 pub mod standards;

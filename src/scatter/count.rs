@@ -147,6 +147,7 @@ pub fn count(
             warnings.extend(warning::of_border(&field, &statistics, d.theta_i, &d.tally, lit, options.tolerance));
         }
         warnings.extend(warning::of_walls(map, &statistics, lit));
+        warnings.extend(warning::of_detectors(detectors.as_ref(), &statistics, &options.theta_i));
     }
     Ok(Counts { detectors, directions, statistics, warnings })
 }
