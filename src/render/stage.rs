@@ -247,7 +247,8 @@ impl Stage {
             }
             Backdrop::Text => {
                 let letters: &'static Letters = &SIGN;
-                let width = BOARD / MM;
+                // Narrower than the tile, so that the longest line is seen whole.
+                let width = 0.84 * BOARD / MM;
                 self.band(tile, scene, [34.0, 1.35 * width / letters.aspect(), width], Pattern::Text(letters))
             }
         }
