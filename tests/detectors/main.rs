@@ -9,6 +9,7 @@ mod partitions;
 mod parts;
 #[path = "../reference/mod.rs"]
 mod reference;
+mod waves;
 
 use asperity::facets::{HeightField, SlopeStatistics};
 use asperity::heightmap::{Edges, HeightMap, level, synth};
@@ -55,6 +56,6 @@ fn with_walk<T>(map: &HeightMap, material: Material, max_bounces: u32, look: imp
 /// Counts the whole map at one azimuth 0, or averaged.
 fn counted(map: &HeightMap, options: &Options, partition: Partition, averaged: bool) -> Counts {
     let options = Options { phi_i: vec![0.0], ..options.clone() };
-    let counting = Counting { partition, footprint: None, averaged };
+    let counting = Counting { partition, averaged };
     count(map, &options, &counting, &mut Run::Whole, &|_| ()).unwrap()
 }
