@@ -7,6 +7,11 @@ use std::cell::RefCell;
 
 /// The source as a table with Gaussian noise: `share` of the value and `floor` [1/sr].
 fn noisy(source: &str, share: f64, floor: f64, seed: u64, phi_i: &[f64]) -> Observations {
+    let design = Design { phi_i: phi_i.to_vec(), ..Design::default() };
+    seen(source, share, floor, seed, &design)
+}
+
+fn seen(source: &str, share: f64, floor: f64, seed: u64, design: &Design) -> Observations {
     let brdf = model::parse(source, 550e-9).unwrap();
     let rng = RefCell::new(CounterRng::new(seed, 1, 0));
     let estimate = |wi, wo| {
@@ -15,8 +20,7 @@ fn noisy(source: &str, share: f64, floor: f64, seed: u64, phi_i: &[f64]) -> Obse
         let [noise, _] = rng.borrow_mut().normal_pair();
         Estimate { value: f + error * noise, standard_error: error }
     };
-    let design = Design { phi_i: phi_i.to_vec(), ..Design::default() };
-    Observations::of(brdf.as_ref(), &estimate, &design).unwrap()
+    Observations::of(brdf.as_ref(), &estimate, design).unwrap()
 }
 
 fn fitted(model: &str, also: &[&str], data: &Observations, options: &Options) -> Fitted {
@@ -27,8 +31,12 @@ fn fitted(model: &str, also: &[&str], data: &Observations, options: &Options) ->
 
 /// All planted values within 3 standard errors, chi2 that of the noise, and errors small enough to mean something.
 fn recovers(source: &str, model: &str, also: &[&str], planted: &[(&str, f64)], phi_i: &[f64]) {
+    recovers_from(source, model, also, planted, &Design { phi_i: phi_i.to_vec(), ..Design::default() });
+}
+
+fn recovers_from(source: &str, model: &str, also: &[&str], planted: &[(&str, f64)], design: &Design) {
     for seed in [1, 2, 3] {
-        let data = noisy(source, 0.02, 1e-4, seed, phi_i);
+        let data = seen(source, 0.02, 1e-4, seed, design);
         let found = fitted(model, also, &data, &Options::suited_to(&data));
         let chi2 = found.chi2_per_dof();
         // 4 standard deviations of chi2 / dof.
@@ -39,7 +47,9 @@ fn recovers(source: &str, model: &str, also: &[&str], planted: &[(&str, f64)], p
             assert_eq!(p.name, *name);
             let error = p.standard_error.unwrap_or_else(|| panic!("{source} {name}: no error ({found:?})"));
             assert!((p.value - truth).abs() < 3.0 * error, "{source} seed {seed} {name}: {} +- {error}", p.value);
-            assert!(error < 0.4 * truth.abs(), "{source} {name}: {error} says nothing about {truth}");
+            // Of NEF-BM's shadowing the reason stands with its test.
+            let limit = if model == "nef-bm" && *name == "tau" { 0.12 } else { 0.02 };
+            assert!(error < limit * truth.abs(), "{source} {name}: {error} says nothing about {truth}");
         }
     }
 }
@@ -70,7 +80,11 @@ fn ggx_comes_back() {
 #[test]
 fn nef_bm_comes_back() {
     let truth = [("sigma", 0.08), ("n", 1.55), ("tau", 0.3), ("omega", 0.6), ("rho_D", 0.04), ("rho_V", 0.015)];
-    recovers("nef-bm:sigma=0.08,n=1.55,tau=0.3rad,omega=0.6rad,rho_D=0.04,rho_V=0.015", "nef-bm", &[], &truth, &[0.0]);
+    // Shadowing fades in over tau by exp(-2 beta / tau), which all but the steepest light is past, and only tilted facets
+    // feel it: the usual 160 directions leave 30 % of tau open, four times as many half of that.
+    let design = Design { directions: 640, ..Design::default() };
+    let planted = "nef-bm:sigma=0.08,n=1.55,tau=0.3rad,omega=0.6rad,rho_D=0.04,rho_V=0.015";
+    recovers_from(planted, "nef-bm", &[], &truth, &design);
 }
 
 #[test]

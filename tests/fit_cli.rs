@@ -86,6 +86,24 @@ fn the_protocol_reads_what_it_simulated() {
     assert!(std::fs::read_to_string(&residuals).unwrap().lines().count() > 300);
     // The model it prints is one that can be used.
     assert!(asperity(&["gloss", found["model"].as_str().unwrap()]).status.success());
+    // With the reflectance of a sphere: a material for the library, a band per wavelength.
+    let (dhr, own) = (dir.path().join("dhr.csv"), dir.path().join("deck-paint.toml"));
+    std::fs::write(&dhr, "wavelength_nm,dhr,dhr_error\n500,0.1,0.001\n700,0.3,0.003\n").unwrap();
+    let scaled = ["protocol", files[0], files[1], files[2], "--dhr", text(&dhr), "--wavelength", "600nm", "--json"];
+    let found = json(&[&scaled[..], &["--material", text(&own)]].concat());
+    let scales: Vec<f64> = found["bands"].as_array().unwrap().iter().map(|b| b["scale"].as_f64().unwrap()).collect();
+    assert!((scales[1] / scales[0] / 3.0 - 1.0).abs() < 1e-9, "{scales:?}");
+    let seen = Command::new(env!("CARGO_BIN_EXE_asperity"))
+        .args(["models", "material:deck-paint", "--wavelength", "700nm", "--json"])
+        .env("ASPERITY_MATERIALS", dir.path())
+        .output()
+        .unwrap();
+    let page: serde_json::Value = serde_json::from_slice(&seen.stdout).unwrap();
+    // 20 deg is the second angle of the page.
+    assert!((page["albedo"][1].as_f64().unwrap() - 0.3).abs() < 1e-3, "{page}");
+    std::fs::write(&dhr, "wavelength_nm,dhr\n500,1.5\n").unwrap();
+    let (_, message) = refusal(&scaled);
+    assert!(message.contains("dhr.csv") && message.contains("line 2"), "{message}");
     let (_, message) = refusal(&["protocol", files[0], files[2], files[1]]);
     assert!(message.contains("bistatic.csv") && message.contains("no column"), "{message}");
 }

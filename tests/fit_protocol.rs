@@ -1,6 +1,8 @@
 //! The NEF-BM measurement protocol finds the material that a simulated goniometer measured.
 
-use asperity::fit::protocol::{Characterised, Law, Noise, Scans, characterise, simulate};
+use asperity::fit::Warning;
+use asperity::fit::protocol::{Characterised, Law, Noise, Reflectance, Scans, Spectrum, carry, characterise, simulate};
+use asperity::math::{Estimate, random::CounterRng};
 use asperity::model::Definition;
 
 const PAINT: &str = "nef-bm:sigma=0.08,bias=0.1,n=1.52,tau=0.3rad,omega=0.6rad,rho_D=0.04,rho_V=0.015";
@@ -110,4 +112,100 @@ fn files_round_trip_and_missing_scans_are_refused() {
     assert!(without(|s| s.specular.clear()).contains("index"));
     assert!(without(|s| s.bistatic.clear()).contains("tau"));
     assert!(without(|s| s.zero_bistatic.clear()).contains("zero-bistatic"));
+}
+
+/// Wavelength \[nm\], strength beside that of the scans at 633 nm, index of the first surface.
+const COLOURS: [(f64, f64, f64); 5] =
+    [(450.0, 0.35, 1.540), (550.0, 0.8, 1.528), (633.0, 1.0, 1.52), (850.0, 1.6, 1.508), (2000.0, 1.2, 1.49)];
+
+/// The paint at another wavelength: everything that reflects is stronger or weaker, and the index another.
+fn paint_at(strength: f64, n: f64) -> Definition {
+    let mut planted = Definition::parse(PAINT).unwrap();
+    for name in ["bias", "rho_D", "rho_V"] {
+        planted.set(name, strength * planted.get(name).unwrap()).unwrap();
+    }
+    planted.set("n", n).unwrap();
+    planted
+}
+
+/// What an integrating sphere would read with an error of `share`, the albedo by the model's own table.
+fn sphere(share: f64, seed: u64) -> Spectrum {
+    let mut rng = CounterRng::new(seed, 9, 0);
+    let theta_i = 20f64.to_radians();
+    let row = |(nm, strength, n): (f64, f64, f64)| {
+        let dhr = paint_at(strength, n).build(nm * 1e-9).unwrap().albedo(theta_i);
+        let dhr = Estimate { value: dhr * (1.0 + share * rng.normal_pair()[0]), standard_error: share * dhr };
+        Reflectance { wavelength: nm * 1e-9, dhr, index: Some([n, 0.0]) }
+    };
+    Spectrum { theta_i, rows: COLOURS.map(row).to_vec() }
+}
+
+/// A spectral material from scans at one wavelength and the hemispherical reflectance at all.
+#[test]
+fn a_planted_spectrum_is_found() {
+    for seed in [1, 2, 3] {
+        let found = characterise(&scans(PAINT, noise(seed)), Law::Cauchy).unwrap();
+        let (bands, warning) = carry(&found, &sphere(0.01, seed), Some(633e-9)).unwrap();
+        assert_eq!((bands.len(), warning), (COLOURS.len(), None));
+        for (band, (nm, strength, n)) in bands.iter().zip(COLOURS) {
+            assert!((band.wavelength * 1e9 - nm).abs() < 1e-6);
+            let truth = paint_at(strength, n);
+            assert_eq!(band.parameters.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["bias", "rho_D", "rho_V"]);
+            for p in &band.parameters {
+                let (want, error) = (truth.get(&p.name).unwrap(), p.standard_error.unwrap());
+                assert!((p.value - want).abs() < 3.0 * error, "seed {seed} {nm} nm {p:?}: planted {want}");
+                assert!(error < 0.1 * want, "seed {seed} {nm} nm {p:?}");
+                assert!((band.definition.get(&p.name).unwrap() / p.value - 1.0).abs() < 1e-9);
+            }
+            // The scale is 1 where the strength is; its own error is at least that of the sphere.
+            assert!((band.scale.value - strength).abs() < 3.0 * band.scale.standard_error, "{nm}: {:?}", band.scale);
+            assert!(band.scale.standard_error >= 0.0095 * band.scale.value, "{nm}: {:?}", band.scale);
+            assert_eq!(band.definition.get("n"), Some(n));
+        }
+    }
+}
+
+/// Without noise the bands are the planted material, and reflect what the sphere read.
+#[test]
+fn a_spectrum_without_noise_is_right() {
+    let exact = Noise { share: 1e-6, floor: 1e-9, seed: 1 };
+    let found = characterise(&scans(PAINT, exact), Law::Cauchy).unwrap();
+    let spectrum = sphere(0.0, 1);
+    let (bands, _) = carry(&found, &spectrum, None).unwrap();
+    for ((band, (_, strength, n)), row) in bands.iter().zip(COLOURS).zip(&spectrum.rows) {
+        let truth = paint_at(strength, n);
+        for p in &band.parameters {
+            assert!((p.value / truth.get(&p.name).unwrap() - 1.0).abs() < 2e-4, "{p:?}");
+        }
+        let albedo = band.definition.build(row.wavelength).unwrap().albedo(spectrum.theta_i);
+        assert!((albedo / row.dhr.value - 1.0).abs() < 1e-5, "{albedo} {row:?}");
+    }
+    // A scan as the law is scaled point by point, with the index of the scans.
+    let scanned = characterise(&scans(PAINT, exact), Law::Scan).unwrap();
+    let mut plain = spectrum.clone();
+    plain.rows.iter_mut().for_each(|r| r.index = None);
+    let (bands, _) = carry(&scanned, &plain, None).unwrap();
+    let (wi, wo) = (asperity::math::direction(0.5, 0.0), asperity::math::direction(0.7, 2.8));
+    let own = scanned.definition.build(633e-9).unwrap().eval(wi, wo);
+    for band in &bands {
+        let f = band.definition.build(band.wavelength).unwrap().eval(wi, wo);
+        assert!((f / own / band.scale.value - 1.0).abs() < 1e-5, "{band:?}");
+    }
+}
+
+/// Scans and sphere that contradict each other where both measured.
+#[test]
+fn a_badly_calibrated_sphere_is_noticed() {
+    let found = characterise(&scans(PAINT, noise(4)), Law::Cauchy).unwrap();
+    let mut spectrum = sphere(0.01, 4);
+    spectrum.rows.iter_mut().for_each(|r| r.dhr.value *= 1.2);
+    let (_, warning) = carry(&found, &spectrum, Some(633e-9)).unwrap();
+    let Some(Warning::HemisphericalMismatch { scale, .. }) = warning else { panic!("{warning:?}") };
+    assert!((scale / 1.2 - 1.0).abs() < 0.05, "{scale}");
+    assert!(warning.unwrap().to_string().contains("633 nm"));
+    // Outside its wavelengths nothing can be compared; more light than any paint can send back is refused.
+    assert_eq!(carry(&found, &spectrum, Some(300e-9)).unwrap().1, None);
+    spectrum.rows.iter_mut().for_each(|r| r.dhr.value = 50.0);
+    let error = carry(&found, &spectrum, None).unwrap_err().to_string();
+    assert!(error.contains("450 nm") && error.contains("rho_D"), "{error}");
 }

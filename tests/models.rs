@@ -303,14 +303,6 @@ fn he_torrance_limits() {
     assert!(error.contains("tau=3um") && error.contains("sigma=2um"), "{error}");
 }
 
-/// TV54: density of visible normals of GGX, through the reflected direction.
-#[test]
-fn visible_normals_of_ggx() {
-    let (brdf, wi) = (model("ggx:alpha=0.3,material=mirror"), at(60.0, 0.0));
-    let m = DVec3::new(0.01595242, 0.11281222, 0.99348826).normalize();
-    near(brdf.pdf(wi, asperity::math::reflect(wi, m)), 1.2993682, 1e-6);
-}
-
 /// Smooth glass over white: what enters leaves only as far as Fresnel lets it, `R + (1 - R)(1 - mean R)` (TV07).
 #[test]
 fn a_coat_over_a_diffuser() {

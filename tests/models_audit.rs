@@ -4,17 +4,36 @@
 use asperity::math::quadrature::gauss_legendre;
 use asperity::math::statistics::chi_square_test;
 use asperity::math::{direction, random::CounterRng};
-use asperity::model::{Absent, Definition, Entry, MODELS};
+use asperity::model::{Absent, Definition, Entry, MODELS, Parameter, Scale};
 use asperity::optics::Brdf;
+use asperity::sample::audit;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 const WAVELENGTH: f64 = 550e-9;
 
-/// `trials` definitions of every form of `entry` with parameters drawn from their usual ranges; every third of a model that
-/// can be brushed is.
-fn definitions(entry: &'static Entry, trials: u64) -> Vec<Definition> {
+/// From where values of the parameters are drawn.
+#[derive(Clone, Copy, PartialEq)]
+enum Range {
+    Usual,
+    /// All that is allowed; by ratios from a thousandth of the usual where 0 is.
+    Whole,
+}
+
+impl Range {
+    fn value(self, p: &Parameter, u: f64) -> f64 {
+        let low = if p.scale == Scale::Logarithmic { p.min.max(1e-3 * p.usual[0]) } else { p.min };
+        match (self, p.scale) {
+            (Range::Usual, _) => p.usual_at(u),
+            (Range::Whole, Scale::Linear) => low + u * (p.max - low),
+            (Range::Whole, Scale::Logarithmic) => (low * (p.max / low).powf(u)).clamp(low, p.max),
+        }
+    }
+}
+
+/// `trials` definitions of every form of `entry` with random parameters; every third of a model that can be brushed is.
+fn definitions(entry: &'static Entry, trials: u64, range: Range) -> Vec<Definition> {
     // Free text, such as a measured scan, as the example has it.
     let free =
         |pair: &&str| entry.words.iter().any(|w| w.options.is_empty() && pair.starts_with(&format!("{}=", w.name)));
@@ -50,7 +69,7 @@ fn definitions(entry: &'static Entry, trials: u64) -> Vec<Definition> {
                     }
                     Absent::Fine => trial % 2 == 1 && p.name != "rho_s",
                 };
-                let value = p.usual_at(rng.uniform());
+                let value = range.value(p, rng.uniform());
                 if wanted {
                     // A floor and a lobe share what there is.
                     let value = if ["rho_d", "rho_s"].contains(&p.name) { 0.5 * value } else { value };
@@ -64,7 +83,7 @@ fn definitions(entry: &'static Entry, trials: u64) -> Vec<Definition> {
 }
 
 fn every_definition(trials: u64) -> impl Iterator<Item = (Definition, Box<dyn Brdf>)> {
-    MODELS.iter().flat_map(move |entry| definitions(entry, trials)).filter_map(|definition| {
+    MODELS.iter().flat_map(move |entry| definitions(entry, trials, Range::Usual)).filter_map(|definition| {
         match definition.build(WAVELENGTH) {
             Ok(brdf) => Some((definition, brdf)),
             // A form that needs a file is none of this test's.
@@ -235,6 +254,80 @@ fn entry_is_brushed(definition: &Definition) -> bool {
     ["alpha_x", "c_x"].iter().any(|key| definition.get(key).is_some()) || definition.entry().name == "poulin-fournier"
 }
 
+/// Parameters from end to end of what is allowed: whatever is not refused in words is non-negative, finite, reciprocal as
+/// documented, and its draws carry `f_r cos_theta_r / pdf` with the pdf they claim, which integrates to no more than 1.
+#[test]
+fn the_whole_range_of_every_parameter() {
+    let all: Vec<Definition> = MODELS.iter().flat_map(|entry| definitions(entry, 24, Range::Whole)).collect();
+    let built = all.par_iter().enumerate().filter(|(number, definition)| {
+        let brdf = match definition.build(WAVELENGTH) {
+            Ok(brdf) => brdf,
+            Err(e) => {
+                let text = e.to_string();
+                assert!(text.contains(definition.entry().name) && text.contains('`'), "{definition}: {text}");
+                return false;
+            }
+        };
+        let mut rng = CounterRng::new(29, 0, 0);
+        for theta in [0.0, 0.3, 0.9, 1.3, 1.5, 1.57] {
+            let i = direction(theta, TAU * rng.uniform());
+            for k in 0..60 {
+                let o = direction(1.57 * rng.uniform(), TAU * rng.uniform());
+                let o =
+                    if k % 2 == 0 { o } else { DVec3::new(-i.x, -i.y, i.z).lerp(o, 0.1 * rng.uniform()).normalize() };
+                let (f, g) = (brdf.eval(i, o), brdf.eval(o, i));
+                assert!(f.is_finite() && f >= 0.0, "{definition}: {f}");
+                let same = (f - g).abs() <= 1e-7 * f.max(g) || f.max(g) < 1e-250;
+                assert!(same || !definition.is_reciprocal(), "{definition}: {f} {g}");
+                let Some(s) = brdf.sample(i, [rng.uniform(), rng.uniform()]) else { continue };
+                assert!(s.weight.is_finite() && s.weight >= 0.0 && s.wo.z > 0.0, "{definition}: {s:?}");
+                if !s.specular {
+                    let (pdf, energy) = (brdf.pdf(i, s.wo), brdf.eval(i, s.wo) * s.wo.z);
+                    // Lobes of a thousandth of a degree lose digits where both vectors meet their half.
+                    assert!((s.pdf / pdf - 1.0).abs() < 1e-4, "{definition} at {theta}: pdf {} {pdf}", s.pdf);
+                    assert!((s.weight * pdf - energy).abs() <= 1e-4 * energy + 1e-12, "{definition} at {theta}: {s:?}");
+                }
+            }
+        }
+        // Its table is most of the work.
+        let albedo = if number % 8 == 0 { brdf.albedo(1.0) } else { 0.0 };
+        assert!(albedo.is_finite() && albedo >= 0.0, "{definition}: {albedo}");
+        true
+    });
+    let count = built.count();
+    println!("{count} of {} built", all.len());
+    assert!(10 * count > 7 * all.len(), "{count} of {}", all.len());
+}
+
+/// `asperity check` of every model, brushed ones at every azimuth: a statement fails only where the page of the model says
+/// so, and every offender that was met is one that the documentation names.
+#[test]
+fn every_model_passes_the_check_of_the_command_line() {
+    let degrees = |list: &[f64]| list.iter().map(|d| d.to_radians()).collect::<Vec<f64>>();
+    let options = audit::Options {
+        theta_i: degrees(&[0.0, 33.0, 60.0, 80.0]),
+        phi_i: degrees(&[0.0, 37.0]),
+        draws: 20_000,
+        ..audit::Options::default()
+    };
+    let examples = MODELS.iter().map(|entry| Definition::parse(entry.example).unwrap());
+    let drawn = MODELS.iter().flat_map(|entry| definitions(entry, 3, Range::Usual));
+    let all: Vec<Definition> = examples.chain(drawn).collect();
+    all.par_iter().enumerate().for_each(|(number, definition)| {
+        let brdf = definition.build(WAVELENGTH).unwrap();
+        for fault in audit::audit(brdf.as_ref(), None, &options).findings {
+            let documented = match fault.statement {
+                audit::Statement::Energy => definition.entry().exceeds_one && fault.what.contains("of the light"),
+                audit::Statement::Reciprocity => !definition.is_reciprocal(),
+                _ => false,
+            };
+            let (theta, phi) = (fault.theta_i_deg, fault.phi_i_deg);
+            assert!(documented, "{definition} at {theta:.0}, {phi:.0}: {}", fault.what);
+            assert!(number >= MODELS.len(), "an example is no offender: {definition} at {theta:.0}: {}", fault.what);
+        }
+    });
+}
+
 /// The corners of the unit square and grazing light give numbers, never NaN; weights of visible normals never exceed R.
 #[test]
 fn extreme_draws() {
@@ -261,7 +354,7 @@ fn extreme_draws() {
     let sharp = sharp.map(|text| Definition::parse(text).unwrap());
     let sharp = sharp.into_iter().map(|definition| (definition.clone(), definition.build(WAVELENGTH).unwrap()));
     for (definition, brdf) in every_definition(3).chain(sharp) {
-        for theta in [0.0, 1e-9, 45.0, 89.9, 89.9999999f64] {
+        for theta in [0.0, 1e-9, 45.0, 89.9, 89.9999999f64, 90.0 - 1e-13] {
             let wi = direction(theta.to_radians(), 0.6);
             for u in [0.0, 1e-300, 0.25, 0.5, 1.0 - 1e-10, 1.0 - f64::EPSILON / 2.0] {
                 for v in [0.0, 0.5, 1.0 - f64::EPSILON / 2.0] {
@@ -274,7 +367,7 @@ fn extreme_draws() {
                     assert!(!(visible && hidden) || s.weight <= 1.0 + 1e-12, "{definition} {theta} {u} {v}: {s:?}");
                 }
             }
-            for o in [0.0, 30.0, 89.9999999f64] {
+            for o in [0.0, 30.0, 89.9999999f64, 90.0 - 1e-13] {
                 for phi in [0.6, 2.0, 0.6 + TAU / 2.0] {
                     let wo = direction(o.to_radians(), phi);
                     let (f, pdf) = (brdf.eval(wi, wo), brdf.pdf(wi, wo));
@@ -288,16 +381,6 @@ fn extreme_draws() {
     }
 }
 
-/// Standard deviation of the weights of a model's draws.
-fn scatter_of_draws(brdf: &dyn Brdf, theta: f64) -> f64 {
-    let mut rng = CounterRng::new(17, 0, 0);
-    let wi = direction(theta, 0.0);
-    let weights: Vec<f64> =
-        (0..4096).map(|_| brdf.sample(wi, [rng.uniform(), rng.uniform()]).map_or(0.0, |draw| draw.weight)).collect();
-    let mean = weights.iter().sum::<f64>() / weights.len() as f64;
-    (weights.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / weights.len() as f64).sqrt()
-}
-
 /// Whatever the parameters, `bounded=true` keeps the albedo at or below 1; models that say they conserve energy do so on
 /// their own.
 #[test]
@@ -307,20 +390,25 @@ fn energy_as_documented_and_bounded_on_request() {
         let angles = [0.0, 30.0, 60.0, 75.0, 85.0, 88.0, 89.5f64];
         let largest = angles.iter().map(|a| brdf.albedo(a.to_radians())).fold(0.0, f64::max);
         assert!(largest.is_finite(), "{definition}");
-        assert!(definition.entry().exceeds_one || largest <= 1.0 + 2e-3, "{definition}: {largest}");
+        assert!(definition.entry().exceeds_one || largest <= 1.0 + 5e-4, "{definition}: {largest}");
         if largest > 1.0 && !entry_is_brushed(&definition) {
             definition.set_bounded(true);
             let bounded = definition.build(WAVELENGTH).unwrap();
+            let mut rng = CounterRng::new(23, 0, 0);
             for a in angles {
+                // `f / max(1, E_i, E_o)` to the letter: the albedo is then at most `E_i / max(1, E_i)`.
+                let i = direction(a.to_radians(), 0.3);
+                for _ in 0..50 {
+                    let theta = 1.55 * rng.uniform();
+                    let o = direction(theta, TAU * rng.uniform());
+                    let (f, free) = (bounded.eval(i, o), brdf.eval(i, o));
+                    let divisor = brdf.albedo(a.to_radians()).max(brdf.albedo(theta)).max(1.0);
+                    assert!((f * divisor - free).abs() <= 1e-4 * free, "{definition} at {a}: {f} {free} {divisor}");
+                    assert!((f - bounded.eval(o, i)).abs() <= 1e-9 * f || !definition.is_reciprocal());
+                }
                 let e = bounded.albedo(a.to_radians());
-                // The albedo of a bounded model is a mean over 16384 of its draws; few but heavy ones at grazing.
-                let noise = scatter_of_draws(bounded.as_ref(), a.to_radians()) / 16384f64.sqrt();
-                assert!(e <= 1.0 + 2e-3 + 4.0 * noise, "{definition} at {a}: {e} +- {noise}");
+                assert!(e <= 1.0 && e <= brdf.albedo(a.to_radians()), "{definition} at {a}: {e}");
             }
-            let (i, o) = (direction(1.5, 0.3), direction(1.2, 3.0));
-            let (f, g) = (bounded.eval(i, o), bounded.eval(o, i));
-            assert!((f - g).abs() <= 1e-9 * f || !definition.is_reciprocal());
-            assert!(bounded.eval(i, o) <= brdf.eval(i, o));
         }
     });
 }

@@ -166,7 +166,7 @@ fn pages_of_models() {
         (&["models", "ggx:alpha=-1,n=1.5"][..], "`alpha=-1` is outside its range, 0 to 2"),
         (&["models", "ggx:alpha=0.1,n=0"], "`n=0` is outside its range, 0.01 to 10"),
         (&["models", "plastic"], "`plastic` is not a model"),
-        (&["models", "--materials", "--category", "wood"], "the categories are"),
+        (&["models", "--materials", "--category", "water"], "the categories are"),
     ] {
         let output = asperity(nowhere, arguments);
         assert!(!output.status.success() && text(&output.stderr).contains(what), "{}", text(&output.stderr));

@@ -36,6 +36,9 @@ pub struct Arguments {
     /// Decades of --scale log
     #[arg(long, default_value_t = 5.0, value_name = "N")]
     decades: f64,
+    /// Largest polar angle drawn [default: 89, or 80 where a lobe grows without bound beyond]
+    #[arg(long, value_parser = quantity::angle, value_name = "DEG")]
+    up_to: Option<f64>,
     #[command(flatten)]
     map: MapOptions,
     #[command(flatten)]
@@ -58,6 +61,10 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     if let Some(t) = angles.iter().find(|t| !(**t >= 0.0 && t.to_degrees() < 90.0)) {
         let what = format!("incident angle {} deg", t.to_degrees());
         return Err(Error::parameter(what, "give angles from 0 to below 90 deg").into());
+    }
+    if let Some(t) = a.up_to.filter(|t| !(*t > 0.0 && t.to_degrees() <= 89.0)) {
+        let what = format!("--up-to {} deg", t.to_degrees());
+        return Err(Error::parameter(what, "give an angle above 0, to 89 deg").into());
     }
     let wavelengths = if a.wavelengths.is_empty() { vec![a.scatter.wavelength()] } else { a.wavelengths.clone() };
     let count = a.sources.len() * wavelengths.len() * angles.len();
@@ -96,7 +103,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         ScaleFlag::Linear => RadiusScale::Linear,
         ScaleFlag::Log => RadiusScale::Logarithmic { decades: a.decades },
     };
-    let drawing = lobe_page(&lobes, &title(a, &angles, &wavelengths), scale);
+    let drawing = lobe_page(&lobes, &title(a, &angles, &wavelengths), scale, a.up_to);
     match a.output.extension().and_then(|e| e.to_str()) {
         Some("svg") => write_bytes(&a.output, drawing.to_svg().as_bytes())?,
         Some("png") => drawing.to_raster().save_png(&a.output)?,

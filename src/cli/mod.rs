@@ -18,6 +18,7 @@ mod progress;
 mod protocol;
 mod quantity;
 mod readings;
+mod render;
 mod sample;
 mod scan;
 mod scatter_options;
@@ -72,6 +73,8 @@ enum Verb {
     Correspondence(correspondence::Arguments),
     /// Comparison picture of maps, tables or models
     Tiles(tiles::Arguments),
+    /// Picture of a scene file, path-traced (.exr radiance, .png); radiance read back from a picture
+    Render(render::Arguments),
     /// Height map to another format (.x3p, .sdf, .npy, 16-bit .png), or to a picture in colour
     Convert(convert::Arguments),
     /// Make a synthetic height map (.x3p, .npy or .sdf)
@@ -104,6 +107,7 @@ pub fn run() -> std::process::ExitCode {
         Verb::Instrument(a) => instrument::run(&a, cli.json),
         Verb::Correspondence(a) => correspondence::run(&a, cli.json),
         Verb::Tiles(a) => tiles::run(&a, cli.json),
+        Verb::Render(a) => render::run(&a, cli.json),
         Verb::Convert(a) => convert::run(&a, cli.json),
         Verb::Synth(a) => synth::run(&a, cli.json),
         Verb::Models(a) => models::run(&a, cli.json),

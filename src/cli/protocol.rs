@@ -2,9 +2,13 @@
 
 use super::fit::value_text;
 use super::print_json;
+use super::quantity;
 use crate::error::Error;
-use crate::fit::protocol::{Characterised, Law, Noise, Scans, characterise, simulate};
+use crate::fit::FittedParameter;
+use crate::fit::protocol::{Band, Characterised, Law, Noise, Scans, Spectrum, carry, characterise, simulate};
+use crate::math::Estimate;
 use crate::model::Definition;
+use crate::model::library::LibraryMaterial;
 use crate::output::write_bytes;
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -14,7 +18,8 @@ use std::path::{Path, PathBuf};
 /// Files: ZERO.csv has theta_deg, co_per_sr, cross_per_sr (source and detector in one direction); SPECULAR.csv has
 /// theta_i_deg, theta_r_deg, polarisation (s or p), f_r_per_sr; BISTATIC.csv has beta_deg, theta_h_deg, co_per_sr,
 /// cross_per_sr (source and detector 2 beta apart, the specimen turned by theta_h). Errors, if known, stand in co_error,
-/// cross_error and standard_error. --simulate writes examples of all three.
+/// cross_error and standard_error. --simulate writes examples of all three. --dhr carries the material to other
+/// wavelengths, --material writes it for the library.
 #[derive(Args)]
 pub struct Arguments {
     /// Zero-bistatic, specular and fixed-bistatic scan
@@ -26,6 +31,19 @@ pub struct Arguments {
     /// Where to write the residuals (.csv); with --simulate the folder of the three scans
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Directional-hemispherical reflectance over the spectrum: columns wavelength_nm, dhr, and dhr_error, theta_i_deg
+    /// (one angle, else 20 deg), n, k if known
+    #[arg(long, value_name = "DHR.csv", conflicts_with = "simulate")]
+    dhr: Option<PathBuf>,
+    /// Wavelength of the scans, at which both reflectances are compared
+    #[arg(long, value_parser = quantity::length, value_name = "LENGTH", conflicts_with = "simulate")]
+    wavelength: Option<f64>,
+    /// Where to write the material as material:NAME reads it (.toml), one band per wavelength
+    #[arg(long, value_name = "NAME.toml", conflicts_with = "simulate")]
+    material: Option<PathBuf>,
+    /// Category of that material
+    #[arg(long, default_value = "paint", requires = "material")]
+    category: String,
     /// Write the scans of this nef-bm model instead
     #[arg(long, value_name = "MODEL", conflicts_with = "scans", requires = "output")]
     simulate: Option<String>,
@@ -60,9 +78,21 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         LawFlag::Scan => Law::Scan,
     };
     let scans = Scans::read(zero, specular, bistatic)?;
-    let found = characterise(&scans, law)?;
+    let spectrum = a.dhr.as_deref().map(Spectrum::read).transpose()?;
+    let mut found = characterise(&scans, law)?;
+    let bands = match &spectrum {
+        Some(spectrum) => {
+            let (bands, warning) = carry(&found, spectrum, a.wavelength)?;
+            found.warnings.extend(warning);
+            bands
+        }
+        None => Vec::new(),
+    };
     for warning in &found.warnings {
         eprintln!("warning: {warning}");
+    }
+    if let Some(path) = &a.material {
+        write_bytes(path, material_text(path, &a.category, &found, &bands, a.wavelength)?.as_bytes())?;
     }
     if let Some(path) = &a.output {
         write_bytes(path, residual_csv(&found).as_bytes())?;
@@ -84,7 +114,9 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
                 json!({ "step": s.name, "found": values, "rms_in_errors": s.rms, "values": s.values })
             })
             .collect();
+        let bands: Vec<_> = bands.iter().map(band_json).collect();
         return print_json(&json!({
+            "bands": bands, "theta_i_deg": spectrum.map(|s| s.theta_i.to_degrees()),
             "model": found.definition.to_string(), "parameters": parameters, "steps": steps, "chi2": found.chi2,
             "dof": found.dof, "chi2_per_dof": chi2_per_dof, "albedo_20_deg": albedo,
             "warnings": found.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
@@ -103,7 +135,71 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     }
     println!("chi2/dof {chi2_per_dof:.3} ({} degrees of freedom); albedo at 20 deg {albedo:.4}", found.dof);
     println!("{}", found.definition);
+    if let Some(spectrum) = &spectrum {
+        println!("scaled to the hemispherical reflectance at {:.0} deg", spectrum.theta_i.to_degrees());
+        for band in &bands {
+            println!("  {:>6.0} nm  scale {}  {}", band.wavelength * 1e9, in_digits(&band.scale), of_band(band));
+        }
+    }
     Ok(())
+}
+
+fn in_digits(e: &Estimate) -> String {
+    value_text(None, e.value, Some(e.standard_error))
+}
+
+/// What differs from band to band, with errors.
+fn of_band(band: &Band) -> String {
+    let entry = band.definition.entry();
+    let one = |p: &FittedParameter| {
+        let parameter = entry.parameters.iter().find(|q| q.name == p.name);
+        format!("{} {}", p.name, value_text(parameter, p.value, p.standard_error))
+    };
+    band.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+fn band_json(band: &Band) -> serde_json::Value {
+    let parameters: Vec<_> = (band.parameters.iter())
+        .map(|p| json!({ "name": p.name, "value": p.value, "standard_error": p.standard_error }))
+        .collect();
+    json!({
+        "wavelength_nm": band.wavelength * 1e9, "scale": band.scale.value, "scale_error": band.scale.standard_error,
+        "parameters": parameters, "model": band.definition.to_string(),
+    })
+}
+
+/// A material file for the library; without bands it holds the wavelength of the scans, or any.
+fn material_text(
+    path: &Path,
+    category: &str,
+    found: &Characterised,
+    bands: &[Band],
+    scanned_at: Option<f64>,
+) -> anyhow::Result<String> {
+    let name = path.file_stem().and_then(|s| s.to_str()).unwrap_or_default();
+    let mut text = format!(
+        "name = {}\ntitle = {}\ncategory = {}\nsource = \"fitted by asperity protocol to scans of a goniometer\"\n\
+         licence = \"that of the scans\"\n",
+        toml::Value::from(name),
+        toml::Value::from(name),
+        toml::Value::from(category),
+    );
+    let mut band = |wavelength: Option<f64>, note: &str, definition: &Definition| {
+        let _ = writeln!(text, "\n[[band]]");
+        if let Some(l) = wavelength {
+            let _ = writeln!(text, "wavelength_nm = {}", (l * 1e12).round() / 1e3);
+        }
+        let _ = writeln!(text, "# {note}\nmodel = \"{definition}\"");
+    };
+    if bands.is_empty() {
+        band(scanned_at, "as scanned", &found.definition);
+    }
+    for b in bands {
+        band(Some(b.wavelength), &format!("scale {}, {}", in_digits(&b.scale), of_band(b)), &b.definition);
+    }
+    // What the library could not read is not written.
+    LibraryMaterial::read(&text, path, false)?;
+    Ok(text)
 }
 
 fn write_scans(a: &Arguments, planted: &str, folder: &Path, json: bool) -> anyhow::Result<()> {

@@ -131,7 +131,7 @@ pub fn fit(family: &Family, data: &Observations, options: &Options) -> Result<Fi
     let spread = best.cost / dof as f64;
     let variance = if options.weights == Weights::Errors { spread.max(1.0) } else { spread };
     let mut warnings = warnings_of(family, data, options, &minima, spread);
-    let errors = standard_errors(family.free(), best, variance, &mut warnings);
+    let errors = uncertainty(family.free(), best, variance, &mut warnings).errors;
     let parameters = (family.free().iter().zip(values).zip(errors))
         .map(|((free, value), standard_error)| FittedParameter { name: free.name.clone(), value, standard_error })
         .collect();
@@ -211,15 +211,19 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// `sqrt(C_jj)` in the values; says which parameters are at an end, trade places or are not determined.
-pub(super) fn standard_errors(
-    free: &[Free],
-    best: &Minimum,
-    variance: f64,
-    warnings: &mut Vec<Warning>,
-) -> Vec<Option<f64>> {
+/// What is known about the values of the free parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Uncertainty {
+    /// `sqrt(C_jj)`; `None` for a parameter at its end or not determined.
+    pub errors: Vec<Option<f64>>,
+    /// `C_jl`; 0 where there is no error.
+    pub covariance: Vec<Vec<f64>>,
+}
+
+/// Covariance of the values; says which parameters are at an end, trade places or are not determined.
+pub(super) fn uncertainty(free: &[Free], best: &Minimum, variance: f64, warnings: &mut Vec<Warning>) -> Uncertainty {
     let n = free.len();
-    let mut errors = vec![None; n];
+    let mut known = Uncertainty { errors: vec![None; n], covariance: vec![vec![0.0; n]; n] };
     for (f, &u) in free.iter().zip(&best.at) {
         if f.is_at_end(u) {
             warnings.push(Warning::AtEnd { name: f.name.clone(), value: f.value(u) });
@@ -228,7 +232,7 @@ pub(super) fn standard_errors(
     let columns: Vec<usize> =
         moving_columns(&best.jacobian, n).into_iter().filter(|&j| !free[j].is_at_end(best.at[j])).collect();
     if columns.is_empty() {
-        return errors;
+        return known;
     }
     let equations = normal_equations(&best.jacobian, n, &columns, &vec![0.0; best.residuals.len()]);
     let inverse_column = |k: usize| {
@@ -238,10 +242,14 @@ pub(super) fn standard_errors(
     };
     let Some(covariance) = (0..columns.len()).map(inverse_column).collect::<Option<Vec<_>>>() else {
         warnings.push(Warning::Undetermined);
-        return errors;
+        return known;
     };
+    let slope = |j: usize| free[j].derivative(best.at[j]);
     for (k, &j) in columns.iter().enumerate() {
-        errors[j] = Some((variance * covariance[k][k]).sqrt() * free[j].derivative(best.at[j]));
+        known.errors[j] = Some((variance * covariance[k][k]).sqrt() * slope(j));
+        for (l, &i) in columns.iter().enumerate() {
+            known.covariance[j][i] = variance * covariance[k][l] * slope(j) * slope(i);
+        }
         for (l, &i) in columns.iter().enumerate().take(k) {
             let correlation = covariance[k][l] / (covariance[k][k] * covariance[l][l]).sqrt();
             if correlation.abs() > CORRELATED {
@@ -250,7 +258,7 @@ pub(super) fn standard_errors(
             }
         }
     }
-    errors
+    known
 }
 
 fn warnings_of(

@@ -20,6 +20,8 @@ pub enum Warning {
     Ambiguous { other: Vec<(String, f64)>, cost_ratio: f64 },
     /// The search stopped before it was done.
     NotConverged,
+    /// Scans and hemispherical reflectance of the same wavelength disagree.
+    HemisphericalMismatch { wavelength: f64, scale: f64, standard_error: f64 },
 }
 
 impl std::fmt::Display for Warning {
@@ -61,6 +63,13 @@ impl std::fmt::Display for Warning {
             Warning::NotConverged => {
                 write!(f, "the search stopped before it converged: try another seed or free fewer parameters")
             }
+            Warning::HemisphericalMismatch { wavelength, scale, standard_error } => write!(
+                f,
+                "at {:.0} nm, where the scans were taken, the hemispherical reflectance is {scale:.3} +- \
+                 {standard_error:.3} times that of the scanned material, and not 1: check the calibration of both, for \
+                 every band is scaled to the hemispherical one",
+                wavelength * 1e9
+            ),
         }
     }
 }

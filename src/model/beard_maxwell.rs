@@ -32,7 +32,7 @@ use super::parameter::{Parameter, Unit, Word};
 use super::registry::Entry;
 use super::smooth::{EXTINCTION, INDEX};
 use super::zero_bistatic::ZeroBistatic;
-use crate::math::{half_vector, reflect};
+use crate::math::{direction, half_vector, reflect};
 use crate::optics::{Brdf, BrdfSample, Material};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
@@ -49,7 +49,7 @@ pub static ENTRY: Entry = Entry {
     exceeds_one: true,
     energy: "exceeds 1 near grazing: shadowing has no limit there",
     source: "Maxwell, Beard, Weiner, Ladd 1973; Westlund, Meyer, Hunt 2002, equations 3-4",
-    example: "beard-maxwell:scan=0:1.2;5:0.5;15:0.08;40:0.01;80:0.003,n=1.5,rho_D=0.05",
+    example: "beard-maxwell:scan=0:0.12;5:0.05;15:0.008;40:0.001;80:0.0003,n=1.5,rho_D=0.05",
     build: |a| {
         let scan = a.word("scan").ok_or_else(|| a.error("`scan` is missing"))?;
         let scan = ZeroBistatic::parse(scan)?;
@@ -203,9 +203,28 @@ impl BeardMaxwell {
     fn facets(&self, wi: DVec3, wo: DVec3) -> f64 {
         let wh = half_vector(wi, wo);
         let cos_beta = wi.dot(wh).min(1.0);
-        let xi = self.normals.xi(wh.z.min(1.0));
-        self.material.reflectance(cos_beta) * xi * self.shadowing.at(wh.z.min(1.0).acos(), cos_beta.acos())
-            / (4.0 * wi.z * wo.z)
+        let theta_h = wh.z.min(1.0).acos();
+        let xi = self.normals.xi_at(wh.z.min(1.0), theta_h);
+        self.material.reflectance(cos_beta) * xi * self.shadowing.at(theta_h, cos_beta.acos()) / (4.0 * wi.z * wo.z)
+    }
+
+    /// Albedo of the first surface by quadrature.
+    fn first_surface(&self, wi: DVec3) -> f64 {
+        half_vector_average(
+            [1.0, 1.0],
+            wi,
+            |c| {
+                let cos = self.smooth.draw(c);
+                (1.0 - cos * cos).max(0.0).sqrt() / cos
+            },
+            |t| self.smooth.distribution(t),
+            |wh, wo| self.facets(wi, wo) * wo.z * 4.0 * wi.dot(wh) / self.smooth.density(wh.z),
+        )
+    }
+
+    /// [`Brdf::albedo`] at one angle \[rad\], without the table of all.
+    pub fn integrated(&self, theta_i: f64) -> f64 {
+        self.first_surface(direction(theta_i, 0.0)) + self.volume.albedo(theta_i.cos().max(0.0))
     }
 
     /// Probability of drawing a facet rather than a direction of the volume.
@@ -267,19 +286,7 @@ impl Brdf for BeardMaxwell {
 
     /// First surface by quadrature, volume in closed form.
     fn albedo(&self, theta_i: f64) -> f64 {
-        let first = |wi: DVec3| {
-            half_vector_average(
-                [1.0, 1.0],
-                wi,
-                |c| {
-                    let cos = self.smooth.draw(c);
-                    (1.0 - cos * cos).max(0.0).sqrt() / cos
-                },
-                |t| self.smooth.distribution(t),
-                |wh, wo| self.facets(wi, wo) * wo.z * 4.0 * wi.dot(wh) / self.smooth.density(wh.z),
-            )
-        };
-        let table = self.first_surface.get_or_init(|| AlbedoTable::new(1, first));
+        let table = self.first_surface.get_or_init(|| AlbedoTable::new(1, |wi| self.first_surface(wi)));
         table.at(theta_i) + self.volume.albedo(theta_i.cos().max(0.0))
     }
 }
@@ -287,7 +294,6 @@ impl Brdf for BeardMaxwell {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::direction;
     use crate::model::parse;
 
     /// TV37.

@@ -80,9 +80,17 @@ impl Shape for GaussianSlopes {
         -(-c).ln_1p()
     }
 
-    fn lambda(v: f64) -> f64 {
+    fn lambda(z2: f64, s2: f64) -> f64 {
+        let v2 = z2 / s2;
         // Beyond v = 6 Lambda is below 1e-17; at v = 0 it is infinite and G rightly 0.
-        if v >= 6.0 { 0.0 } else { 0.5 * (-v * v).exp() * (FRAC_2_SQRT_PI / (2.0 * v) - scaled_erfc(v)) }
+        if v2 >= REACH * REACH {
+            0.0
+        } else if v2 > 0.0 {
+            let v = v2.sqrt();
+            0.5 * (-v2).exp() * (0.5 * FRAC_2_SQRT_PI * v * (s2 / z2) - scaled_erfc(v))
+        } else {
+            f64::INFINITY
+        }
     }
 
     fn share_below(v: f64) -> f64 {
@@ -101,35 +109,38 @@ impl Shape for GaussianSlopes {
     }
 }
 
+/// Where [`scaled_erfc`] ends.
+const REACH: f64 = 6.0;
+
 /// Nodes of [`scaled_erfc`] per unit.
 const NODES_PER_UNIT: f64 = 32.0;
 
-/// `exp(v^2) erfc(v)` at the nodes 0 to 6.
-static SCALED_ERFC: LazyLock<Vec<f64>> = LazyLock::new(|| {
-    (0..=6 * NODES_PER_UNIT as usize)
+/// Taylor's coefficients of `y = exp(v^2) erfc(v)` about the nodes 0 to 6, from `y' = 2 v y - 2 / sqrt pi`.
+static SCALED_ERFC: LazyLock<Vec<[f64; 7]>> = LazyLock::new(|| {
+    (0..=(REACH * NODES_PER_UNIT) as usize)
         .map(|k| {
             let v = k as f64 / NODES_PER_UNIT;
-            (v * v).exp() * libm::erfc(v)
+            let y0 = (v * v).exp() * libm::erfc(v);
+            let mut y = [y0, 2.0 * v * y0 - FRAC_2_SQRT_PI, 0.0, 0.0, 0.0, 0.0, 0.0];
+            for n in 2..7 {
+                // The n-th derivative over n!.
+                y[n] = 2.0 * (v * y[n - 1] + y[n - 2]) / n as f64;
+            }
+            y
         })
         .collect()
 });
 
-/// `y = exp(v^2) erfc(v)` for `v` in `[0, 6)`, so that Lambda needs one exponential and no erfc: Taylor's series of order 6
-/// about the nearest node, its derivatives from `y' = 2 v y - 2 / sqrt pi`; right to 1e-14.
+/// `exp(v^2) erfc(v)` for `v` in `[0, 6]`, so that Lambda needs one exponential and no erfc: Taylor's series of order 6
+/// about the nearest node, right to 1e-14.
+#[inline]
 fn scaled_erfc(v: f64) -> f64 {
     let k = (v * NODES_PER_UNIT + 0.5) as usize;
-    let node = k as f64 / NODES_PER_UNIT;
-    let d = v - node;
-    let twice = 2.0 * node;
-    let y0 = SCALED_ERFC[k];
-    let y1 = twice * y0 - FRAC_2_SQRT_PI;
-    let y2 = twice * y1 + 2.0 * y0;
-    let y3 = twice * y2 + 4.0 * y1;
-    let y4 = twice * y3 + 6.0 * y2;
-    let y5 = twice * y4 + 8.0 * y3;
-    let y6 = twice * y5 + 10.0 * y4;
-    let high = y3 / 6.0 + d * (y4 / 24.0 + d * (y5 / 120.0 + d * y6 / 720.0));
-    y0 + d * (y1 + d * (0.5 * y2 + d * high))
+    let d = v - k as f64 / NODES_PER_UNIT;
+    let y = SCALED_ERFC[k];
+    // In pairs, so that the products do not wait for each other.
+    let d2 = d * d;
+    (y[0] + d * y[1]) + d2 * ((y[2] + d * y[3]) + d2 * ((y[4] + d * y[5]) + d2 * y[6]))
 }
 
 /// Slope along the plane of incidence with density proportional to `(1 - x t) exp(-x^2)` where positive, `t = tan

@@ -12,8 +12,7 @@
 //!
 //! Source: the defect of the NEF-BM at grazing, Westlund and Meyer 2002, section 3.2; this cure is ours.
 
-use super::albedo::{AlbedoTable, DRAWS, sampled_average};
-use crate::math::frame::theta;
+use super::albedo::{AlbedoTable, CosineTable, DRAWS, sampled_average};
 use crate::optics::{Brdf, BrdfSample};
 use glam::DVec3;
 use std::sync::OnceLock;
@@ -21,18 +20,20 @@ use std::sync::OnceLock;
 /// `f_r / max(1, E_i, E_o)` [1/sr].
 pub struct Bounded {
     inner: Box<dyn Brdf>,
+    free: OnceLock<CosineTable>,
     albedo: OnceLock<AlbedoTable>,
 }
 
 impl Bounded {
     /// Bounds `inner`.
     pub fn new(inner: Box<dyn Brdf>) -> Self {
-        Bounded { inner, albedo: OnceLock::new() }
+        Bounded { inner, free: OnceLock::new(), albedo: OnceLock::new() }
     }
 
     /// `max(1, E_i, E_o)`.
     fn divisor(&self, wi: DVec3, wo: DVec3) -> f64 {
-        self.inner.albedo(theta(wi)).max(self.inner.albedo(theta(wo))).max(1.0)
+        let free = self.free.get_or_init(|| CosineTable::new(|theta| self.inner.albedo(theta)));
+        free.at(wi.z).max(free.at(wo.z)).max(1.0)
     }
 }
 
@@ -52,8 +53,14 @@ impl Brdf for Bounded {
         self.inner.pdf(wi, wo)
     }
 
+    /// A mean over draws, and where few heavy ones decide, the closed limit `min(1, E)`.
     fn albedo(&self, theta_i: f64) -> f64 {
-        self.albedo.get_or_init(|| AlbedoTable::new(1, |wi| sampled_average(self, wi, DRAWS))).at(theta_i)
+        let table = self.albedo.get_or_init(|| AlbedoTable::new(1, |wi| sampled_average(self, wi, DRAWS)));
+        table.at(theta_i).min(self.inner.albedo(theta_i)).min(1.0)
+    }
+
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        sampled_average(self, wi, DRAWS)
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {

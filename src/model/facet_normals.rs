@@ -8,7 +8,7 @@ use super::zero_bistatic::ZeroBistatic;
 use std::f64::consts::{PI, TAU};
 
 /// A law of facet normals.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum FacetNormals {
     /// `Xi = B / (cos_theta_h (sigma^2 + tan^2 theta_h))`.
     Cauchy { sigma: f64, bias: f64 },
@@ -39,6 +39,12 @@ impl FacetNormals {
     /// `Xi` \[1/sr\] at `cos_theta_h` in `(0, 1]`.
     #[inline]
     pub fn xi(&self, cos_theta_h: f64) -> f64 {
+        self.xi_at(cos_theta_h, cos_theta_h.acos())
+    }
+
+    /// [`FacetNormals::xi`] where the angle is known beside its cosine.
+    #[inline]
+    pub fn xi_at(&self, cos_theta_h: f64, theta_h: f64) -> f64 {
         let c2 = cos_theta_h * cos_theta_h;
         match self {
             FacetNormals::Cauchy { sigma, bias } => bias * cos_theta_h / (sigma * sigma * c2 + (1.0 - c2)),
@@ -46,9 +52,7 @@ impl FacetNormals {
                 let v = 2.0 * sigma * sigma;
                 bias * (-(1.0 - c2) / (v * c2)).exp() / (PI * v * c2 * cos_theta_h)
             }
-            FacetNormals::Scan { scan, normal_reflectance } => {
-                4.0 * scan.at(cos_theta_h.acos()) * c2 / normal_reflectance
-            }
+            FacetNormals::Scan { scan, normal_reflectance } => 4.0 * scan.at(theta_h) * c2 / normal_reflectance,
         }
     }
 

@@ -58,6 +58,10 @@ impl<B: Brdf> Brdf for WithFloor<B> {
         self.floor.rho + self.lobe.albedo(theta_i)
     }
 
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        self.floor.rho + self.lobe.albedo_towards(wi)
+    }
+
     fn specular_core(&self, wi: DVec3) -> f64 {
         self.lobe.specular_core(wi)
     }

@@ -67,9 +67,9 @@ impl Shape for GgxSlopes {
         c / (1.0 - c)
     }
 
-    fn lambda(v: f64) -> f64 {
+    fn lambda(z2: f64, s2: f64) -> f64 {
         // (sqrt(1 + x) - 1) / 2 without cancellation at small x.
-        let x = 1.0 / (v * v);
+        let x = s2 / z2;
         if x.is_finite() { 0.5 * x / ((1.0 + x).sqrt() + 1.0) } else { f64::INFINITY }
     }
 

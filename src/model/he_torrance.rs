@@ -124,7 +124,7 @@ impl HeTorrance {
         }
         let hidden = libm::erfc(c);
         let tangent = self.length / (2.0 * self.height * c);
-        ((1.0 - 0.5 * hidden) / (1.0 + GaussianSlopes::lambda(c)), tangent * hidden)
+        ((1.0 - 0.5 * hidden) / (1.0 + GaussianSlopes::lambda(c * c, 1.0)), tangent * hidden)
     }
 
     /// `S` and `sigma'` for a pair of directions.

@@ -30,6 +30,7 @@ use super::parameter::Parameter;
 use super::phong::about_axis;
 use super::registry::Entry;
 use crate::error::Result;
+use crate::math::frame::theta;
 use crate::optics::{Brdf, BrdfSample};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, TAU};
@@ -200,6 +201,10 @@ impl Brdf for Lafortune {
             total += share;
         }
         if total > 0.0 { sum / total } else { 0.0 }
+    }
+
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        if self.isotropic() { self.albedo(theta(wi)) } else { sampled_average(self, wi, DRAWS) }
     }
 
     /// Averaged over the incident azimuth if a lobe is anisotropic.

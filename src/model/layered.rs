@@ -19,8 +19,7 @@
 //!
 //! Source: the rule of the metallic paints of Westlund and Meyer, SIGGRAPH 2001, figure 14 of Westlund, Meyer, Hunt 2002.
 
-use super::albedo::{AlbedoTable, sampled_average};
-use crate::math::frame::theta;
+use super::albedo::{AlbedoTable, CosineTable, sampled_average};
 use crate::optics::{Brdf, BrdfSample};
 use glam::DVec3;
 use std::sync::OnceLock;
@@ -40,6 +39,8 @@ pub fn split(text: &str) -> Option<(&str, &str)> {
 pub struct Layered {
     coat: Box<dyn Brdf>,
     base: Box<dyn Brdf>,
+    /// Albedo of coat and base, by cosine.
+    alone: OnceLock<[CosineTable; 2]>,
     through: OnceLock<AlbedoTable>,
 }
 
@@ -49,17 +50,23 @@ const DRAWS: usize = 4096;
 impl Layered {
     /// Puts `coat` over `base`.
     pub fn new(coat: Box<dyn Brdf>, base: Box<dyn Brdf>) -> Self {
-        Layered { coat, base, through: OnceLock::new() }
+        Layered { coat, base, alone: OnceLock::new(), through: OnceLock::new() }
+    }
+
+    /// Albedo of coat and base alone.
+    fn alone(&self) -> &[CosineTable; 2] {
+        self.alone.get_or_init(|| [&self.coat, &self.base].map(|layer| CosineTable::new(|theta| layer.albedo(theta))))
     }
 
     /// `1 - R` of the coat.
     fn transmitted(&self, w: DVec3) -> f64 {
-        (1.0 - self.coat.albedo(theta(w))).clamp(0.0, 1.0)
+        (1.0 - self.alone()[0].at(w.z)).clamp(0.0, 1.0)
     }
 
     /// Probability of drawing from the coat.
     fn share(&self, wi: DVec3, transmitted: f64) -> f64 {
-        let (coat, base) = (self.coat.albedo(theta(wi)), transmitted * self.base.albedo(theta(wi)));
+        let [coat, base] = self.alone();
+        let (coat, base) = (coat.at(wi.z), transmitted * base.at(wi.z));
         if coat + base > 0.0 { coat / (coat + base) } else { 0.5 }
     }
 }
@@ -104,6 +111,11 @@ impl Brdf for Layered {
         let base = self.through.get_or_init(|| AlbedoTable::new(1, through)).at(theta_i);
         let coat = self.coat.albedo(theta_i);
         coat + (1.0 - coat).max(0.0) * base
+    }
+
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        let base = sampled_average(&Through { layers: self }, wi, DRAWS);
+        self.coat.albedo_towards(wi) + self.transmitted(wi) * base
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {

@@ -36,6 +36,7 @@ const EMBEDDED: &[&str] = &[
     include_str!("materials/black-glass.toml"),
     include_str!("materials/blue-paint.toml"),
     include_str!("materials/brushed-metal.toml"),
+    include_str!("materials/cement.toml"),
     include_str!("materials/clay.toml"),
     include_str!("materials/copper-satin.toml"),
     include_str!("materials/dusty-black.toml"),
@@ -44,12 +45,17 @@ const EMBEDDED: &[&str] = &[
     include_str!("materials/gloss-red.toml"),
     include_str!("materials/gloss-white.toml"),
     include_str!("materials/gold-polished.toml"),
+    include_str!("materials/lumber.toml"),
     include_str!("materials/matte-black.toml"),
     include_str!("materials/metallic-blue-clear-coat.toml"),
+    include_str!("materials/metallic-coarse.toml"),
+    include_str!("materials/metallic-fine.toml"),
     include_str!("materials/metallic-silver.toml"),
+    include_str!("materials/nef-olive-paint.toml"),
     include_str!("materials/plaster.toml"),
     include_str!("materials/primer.toml"),
     include_str!("materials/satin-cloth.toml"),
+    include_str!("materials/scanned-satin-paint.toml"),
     include_str!("materials/semi-gloss-grey.toml"),
     include_str!("materials/silver-polished.toml"),
     include_str!("materials/skin.toml"),
@@ -333,6 +339,10 @@ impl Brdf for Between {
 
     fn albedo(&self, theta_i: f64) -> f64 {
         self.mix(self.low.albedo(theta_i), self.high.albedo(theta_i))
+    }
+
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        self.mix(self.low.albedo_towards(wi), self.high.albedo_towards(wi))
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {

@@ -20,6 +20,7 @@
 use super::albedo::{AlbedoTable, half_vector_average};
 use super::parameter::Word;
 use super::smooth::mirror_sample;
+use crate::math::frame::theta;
 use crate::math::{half_vector, reflect};
 use crate::optics::{Brdf, BrdfSample, Material};
 use glam::DVec3;
@@ -43,8 +44,8 @@ pub trait Shape: Copy + Default + Send + Sync + std::fmt::Debug {
     /// The `e` below which the share `c` of slopes lies, `c` in `[0, 1)`.
     fn quantile(c: f64) -> f64;
 
-    /// Smith `Lambda` at `v = cot theta / alpha(phi)`.
-    fn lambda(v: f64) -> f64;
+    /// Smith `Lambda` at `v = cot theta / alpha(phi)`, given as `v^2 = z2 / s2`.
+    fn lambda(z2: f64, s2: f64) -> f64;
 
     /// Share of slopes along one axis that lie below `v`.
     fn share_below(v: f64) -> f64;
@@ -92,6 +93,8 @@ pub fn v_cavity(wi: DVec3, wo: DVec3, wh: DVec3) -> f64 {
 #[derive(Debug, Clone)]
 pub struct Microfacet<S: Shape> {
     alpha: [f64; 2],
+    /// `1 / alpha^2` along x and y, and `1 / (alpha_x alpha_y)`; infinite for a specular core.
+    inverse: [f64; 3],
     material: Material,
     shadowing: Shadowing,
     albedo: OnceLock<AlbedoTable>,
@@ -103,16 +106,11 @@ pub fn floor_alpha(alpha: [f64; 2]) -> [f64; 2] {
     if alpha[0].max(alpha[1]) < ALPHA_CORE { [0.0; 2] } else { alpha.map(|a| a.max(ALPHA_CORE)) }
 }
 
-/// `cot theta / alpha(phi)`, anisotropic by stretching (Heitz 2014); infinite along the normal or without roughness.
-fn cot_on_unit_scale(alpha: [f64; 2], w: DVec3) -> f64 {
+/// `[z2, s2]`, whose ratio is the square of `v = cot theta / alpha(phi)`, anisotropic by stretching (Heitz 2014).
+#[inline]
+fn cot_on_unit_scale(alpha: [f64; 2], w: DVec3) -> [f64; 2] {
     let (x, y) = (alpha[0] * w.x, alpha[1] * w.y);
-    w.z / (x * x + y * y).sqrt()
-}
-
-/// `Lambda(w)` of shape `S`.
-pub fn smith_lambda<S: Shape>(alpha: [f64; 2], w: DVec3) -> f64 {
-    let v = cot_on_unit_scale(alpha, w);
-    if v == f64::INFINITY { 0.0 } else { S::lambda(v) }
+    [w.z * w.z, x * x + y * y]
 }
 
 impl<S: Shape> Microfacet<S> {
@@ -120,7 +118,9 @@ impl<S: Shape> Microfacet<S> {
     /// [`ALPHA_CORE`] make a specular core, one alone is raised to it.
     pub fn new(alpha: [f64; 2], material: Material) -> Self {
         let (albedo, shadowing) = (OnceLock::new(), Shadowing::default());
-        Microfacet { alpha: floor_alpha(alpha), material, shadowing, albedo, shape: std::marker::PhantomData }
+        let alpha = floor_alpha(alpha);
+        let inverse = [alpha[0] * alpha[0], alpha[1] * alpha[1], alpha[0] * alpha[1]].map(|square| 1.0 / square);
+        Microfacet { alpha, inverse, material, shadowing, albedo, shape: std::marker::PhantomData }
     }
 
     /// The same with another factor G.
@@ -137,15 +137,24 @@ impl<S: Shape> Microfacet<S> {
         if self.is_core() || wh.z <= 0.0 {
             return 0.0;
         }
-        let [ax, ay] = self.alpha;
-        let z2 = wh.z * wh.z;
-        let e = ((wh.x / ax).powi(2) + (wh.y / ay).powi(2)) / z2;
-        S::slope_density(e) / (ax * ay * z2 * z2)
+        self.density_along(wh)
+    }
+
+    /// `D` of the normal along `h`, which need not be of unit length: no root is taken.
+    #[inline]
+    fn density_along(&self, h: DVec3) -> f64 {
+        let z2 = h.z * h.z;
+        let [x, y, peak] = self.inverse;
+        let e = (h.x * h.x * x + h.y * h.y * y) / z2;
+        let from_plane = h.length_squared() / z2;
+        S::slope_density(e) * peak * (from_plane * from_plane)
     }
 
     /// Smith `Lambda(w)`; 0 for a specular core.
+    #[inline]
     pub fn lambda(&self, w: DVec3) -> f64 {
-        smith_lambda::<S>(self.alpha, w)
+        let [z2, s2] = cot_on_unit_scale(self.alpha, w);
+        S::lambda(z2, s2)
     }
 
     /// G for the facet `wh` that reflects `wi` to `wo`.
@@ -156,7 +165,10 @@ impl<S: Shape> Microfacet<S> {
             Shadowing::Separable => smith(wi) * smith(wo),
             Shadowing::VCavity => v_cavity(wi, wo, wh),
             Shadowing::Unconditional => {
-                let share = |w: DVec3| S::share_below(cot_on_unit_scale(self.alpha, w));
+                let share = |w: DVec3| {
+                    let [z2, s2] = cot_on_unit_scale(self.alpha, w);
+                    S::share_below((z2 / s2).sqrt())
+                };
                 smith(wi) * share(wi) * smith(wo) * share(wo)
             }
             Shadowing::None => 1.0,
@@ -183,13 +195,19 @@ impl<S: Shape> Brdf for Microfacet<S> {
         if wi.z <= 0.0 || wo.z <= 0.0 || self.is_core() {
             return 0.0;
         }
-        let wh = half_vector(wi, wo);
-        let d = self.normal_density(wh);
+        let h = wi + wo;
+        let d = self.density_along(h);
         // Far from the lobe D underflows to 0, and shadowing need not be computed.
         if d == 0.0 {
-            0.0
-        } else {
-            self.material.reflectance(wi.dot(wh)) * d * self.shadowing(wi, wo, wh) / (4.0 * wi.z * wo.z)
+            return 0.0;
+        }
+        // Half of the length of wi + wo.
+        let cos_beta = 0.5 * h.length();
+        let light = self.material.reflectance(cos_beta) * d;
+        let cosines = 4.0 * wi.z * wo.z;
+        match self.shadowing {
+            Shadowing::Correlated => light / (cosines * (1.0 + self.lambda(wi) + self.lambda(wo))),
+            _ => light * self.shadowing(wi, wo, half_vector(wi, wo)) / cosines,
         }
     }
 
@@ -220,8 +238,7 @@ impl<S: Shape> Brdf for Microfacet<S> {
         if wi.z <= 0.0 || wo.z <= 0.0 || self.is_core() {
             return 0.0;
         }
-        let wh = half_vector(wi, wo);
-        let d = self.normal_density(wh);
+        let d = self.density_along(wi + wo);
         if d == 0.0 { 0.0 } else { d / (4.0 * wi.z * (1.0 + self.lambda(wi))) }
     }
 
@@ -232,6 +249,10 @@ impl<S: Shape> Brdf for Microfacet<S> {
         }
         let azimuths = if self.alpha[0] == self.alpha[1] { 1 } else { AZIMUTHS };
         self.albedo.get_or_init(|| AlbedoTable::new(azimuths, |wi| self.integrate(wi))).at(theta_i)
+    }
+
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        if self.alpha[0] == self.alpha[1] { self.albedo(theta(wi)) } else { self.integrate(wi) }
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {

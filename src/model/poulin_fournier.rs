@@ -15,8 +15,8 @@
 //! | `rho_s` | albedo of its specular lobe, default 0 | | 0 to 1 |
 //! | `exponent` | sharpness n of that lobe | | 1 to 1e4 |
 //!
-//! The diffuse integral is closed: `r_i r_o / 2 [cos(a_i - a_o) (b - a) + (sin(2 b - s) - sin(2 a - s)) / 2]`, `a_i`, `a_o`
-//! the angles of both directions in the cross-section, `s` their sum. The specular one needs `int cos^n`, which is
+//! The diffuse integral is closed: `r_i r_o / 2 [cos(a_i - a_o) (b - a) + cos(b + a - a_i - a_o) sin(b - a)]`, `r` the
+//! lengths and `a_i`, `a_o` the angles of both directions in the cross-section. The specular one needs `int cos^n`, which is
 //! tabulated when the model is built (Poulin and Fournier used Chebyshev polynomials).
 //!
 //! Ours, not the paper's: the specular lobe is written as facets, `D / 4` with Blinn's D of unit projected area, which
@@ -117,11 +117,6 @@ impl PoulinFournier {
         self.arc.sin()
     }
 
-    /// Angle of a direction in the cross-section, and its length there.
-    fn cross_section(w: DVec3) -> (f64, f64) {
-        (w.x.atan2(w.z), (w.x * w.x + w.z * w.z).sqrt())
-    }
-
     /// What a direction at the angle `a` from z sees.
     fn view(&self, a: f64) -> View {
         let (side, a) = (a < 0.0, a.abs());
@@ -147,9 +142,18 @@ impl PoulinFournier {
         if low >= high {
             return 0.0;
         }
-        let (a, length) = Self::cross_section(wh);
+        let length = (wh.x * wh.x + wh.z * wh.z).sqrt();
+        if length < self.powers.faintest {
+            return 0.0;
+        }
+        let a = wh.x.atan2(wh.z);
         let sum = self.powers.integral(high - a) - self.powers.integral(low - a);
         if sum > 0.0 { length.powf(self.exponent) * sum } else { 0.0 }
+    }
+
+    /// `floor (z . wh)^n`.
+    fn flat(&self, floor: f64, wh: DVec3) -> f64 {
+        if floor > 0.0 && wh.z > self.powers.faintest { floor * wh.z.powf(self.exponent) } else { 0.0 }
     }
 
     /// Shares of the draws: diffuse, cylinder, floor.
@@ -166,7 +170,7 @@ impl PoulinFournier {
         let wh = half_vector(wi, wo);
         let [low, high] = view.cylinder;
         let about = if cylinder > 0.0 { cylinder * self.lobe([low, high], wh) / (high - low) } else { 0.0 };
-        let flat = if floor > 0.0 { floor * wh.z.powf(self.exponent) } else { 0.0 };
+        let flat = self.flat(floor, wh);
         let normals = (self.exponent + 1.0) / TAU * (about + flat);
         diffuse * wo.z * FRAC_1_PI + normals / (4.0 * wi.dot(wh))
     }
@@ -177,7 +181,7 @@ impl Brdf for PoulinFournier {
         if wi.z <= 0.0 || wo.z <= 0.0 {
             return 0.0;
         }
-        let ((ai, ri), (ao, ro)) = (Self::cross_section(wi), Self::cross_section(wo));
+        let (ai, ao) = (wi.x.atan2(wi.z), wo.x.atan2(wo.z));
         let view = self.view(ai).and(self.view(ao));
         let [low, high] = view.cylinder;
         let floor = view.floor_length();
@@ -185,15 +189,17 @@ impl Brdf for PoulinFournier {
         if self.rho_d > 0.0 {
             let mut diffuse = floor * wi.z * wo.z;
             if low < high {
-                let s = ai + ao;
-                let turning = 0.5 * ((2.0 * high - s).sin() - (2.0 * low - s).sin());
-                diffuse += (0.5 * ri * ro * ((ai - ao).cos() * (high - low) + turning)).max(0.0);
+                // Both directions in the cross-section, and the length they have there.
+                let level = wi.x * wo.x + wi.z * wo.z;
+                let lengths = ((wi.x * wi.x + wi.z * wi.z) * (wo.x * wo.x + wo.z * wo.z)).sqrt();
+                let turning = (high + low - ai - ao).cos() * (high - low).sin();
+                diffuse += (0.5 * (level * (high - low) + lengths * turning)).max(0.0);
             }
             sum += self.rho_d * FRAC_1_PI * diffuse;
         }
         if self.rho_s > 0.0 {
             let wh = half_vector(wi, wo);
-            let flat = if floor > 0.0 { floor * wh.z.powf(self.exponent) } else { 0.0 };
+            let flat = self.flat(floor, wh);
             sum += self.rho_s * (self.exponent + 2.0) / (8.0 * PI) * (self.lobe([low, high], wh) + flat);
         }
         sum / (self.spacing * wi.z * wo.z)
@@ -203,7 +209,7 @@ impl Brdf for PoulinFournier {
         if wi.z <= 0.0 {
             return None;
         }
-        let view = self.view(Self::cross_section(wi).0);
+        let view = self.view(wi.x.atan2(wi.z));
         let [diffuse, cylinder, floor] = self.shares(&view, wi);
         let wo = if u[0] < diffuse {
             cosine_direction([u[0] / diffuse, u[1]])
@@ -234,7 +240,11 @@ impl Brdf for PoulinFournier {
         if wi.z <= 0.0 || wo.z <= 0.0 {
             return 0.0;
         }
-        self.density(wi, wo, &self.view(Self::cross_section(wi).0))
+        self.density(wi, wo, &self.view(wi.x.atan2(wi.z)))
+    }
+
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        sampled_average(self, wi, DRAWS)
     }
 
     /// Averaged over the incident azimuth.
@@ -247,8 +257,11 @@ impl Brdf for PoulinFournier {
 /// `int_0^x cos^n t dt`, 0 beyond a right angle, tabulated.
 #[derive(Debug, Clone)]
 struct CosinePower {
-    /// Largest angle of the table, where `cos^n` has fallen to 1e-14 or to 90 deg.
-    reach: f64,
+    /// Cosine of the largest angle of the table, where `cos^n` has fallen to 1e-14 or to 90 deg: `cos^n` of a smaller one
+    /// counts as nothing.
+    faintest: f64,
+    /// Steps per radian.
+    scale: f64,
     /// Integral and its slope times the spacing, node by node.
     nodes: Vec<[f64; 2]>,
 }
@@ -269,11 +282,11 @@ impl CosinePower {
             sum += parts * step / 12.0;
             nodes.push([sum, value(x) * step]);
         }
-        CosinePower { reach, nodes }
+        CosinePower { faintest: reach.cos(), scale: STEPS as f64 / reach, nodes }
     }
 
     fn integral(&self, x: f64) -> f64 {
-        let s = x.abs() / self.reach * (self.nodes.len() - 1) as f64;
+        let s = x.abs() * self.scale;
         let k = s as usize;
         let value = if k + 1 >= self.nodes.len() {
             self.nodes[self.nodes.len() - 1][0]

@@ -37,6 +37,7 @@ use super::microfacet::{ALPHA_CORE, Shape, floor_alpha};
 use super::parameter::{Parameter, Word};
 use super::registry::Entry;
 use super::smooth::mirror_sample;
+use crate::math::frame::theta;
 use crate::math::{half_vector, reflect};
 use crate::optics::{Brdf, BrdfSample};
 use glam::DVec3;
@@ -131,6 +132,17 @@ impl Ward {
                 Form::Bounded => 2.0 * wo.z / (wo.z + wi.z),
             }
     }
+
+    /// Albedo at `wi` by quadrature (five digits).
+    fn integrate(&self, wi: DVec3) -> f64 {
+        half_vector_average(
+            self.alpha,
+            wi,
+            |c| GaussianSlopes::quantile(c).sqrt(),
+            |t| GaussianSlopes::distribution(t * t),
+            |wh, wo| self.weight(wi, wo, wh),
+        )
+    }
 }
 
 impl Brdf for Ward {
@@ -171,22 +183,17 @@ impl Brdf for Ward {
         self.gaussian(wh) / (wi.dot(wh) * wh.z.powi(3))
     }
 
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        if self.alpha[0] == self.alpha[1] { self.albedo(theta(wi)) } else { self.integrate(wi) }
+    }
+
     /// Averaged over the incident azimuth if the surface is brushed.
     fn albedo(&self, theta_i: f64) -> f64 {
         if self.is_core() {
             return self.core(theta_i.cos().max(0.0));
         }
-        let integrate = |wi: DVec3| {
-            half_vector_average(
-                self.alpha,
-                wi,
-                |c| GaussianSlopes::quantile(c).sqrt(),
-                |t| GaussianSlopes::distribution(t * t),
-                |wh, wo| self.weight(wi, wo, wh),
-            )
-        };
         let azimuths = if self.alpha[0] == self.alpha[1] { 1 } else { AZIMUTHS };
-        self.albedo.get_or_init(|| AlbedoTable::new(azimuths, integrate)).at(theta_i)
+        self.albedo.get_or_init(|| AlbedoTable::new(azimuths, |wi| self.integrate(wi))).at(theta_i)
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {

@@ -14,6 +14,10 @@ use std::path::Path;
 pub struct ZeroBistatic {
     /// Angle \[rad\], rising, and `f_r` [1/sr].
     points: Vec<(f64, f64)>,
+    /// From each measured angle to the next; the first reaches down to 0, the last up to 90 deg.
+    pieces: Vec<Piece>,
+    /// The piece in which each of as many equal steps from 0 to 90 deg begins.
+    first: Vec<u32>,
     /// Edges of the cells of the draws, cosines falling from 1 to 0.
     edges: Vec<f64>,
     /// Share of the draws before each edge, 0 to 1.
@@ -23,6 +27,30 @@ pub struct ZeroBistatic {
 
 /// Cells of the draws between two measured angles.
 const CELLS: usize = 8;
+
+/// Steps that lead to a piece.
+const STEPS: usize = 256;
+
+/// `f` from `start` on: `exp(value + slope (theta - start))`, or without the exponential.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Piece {
+    start: f64,
+    value: f64,
+    slope: f64,
+    logarithmic: bool,
+}
+
+impl Piece {
+    fn between((t0, f0): (f64, f64), (t1, f1): (f64, f64)) -> Self {
+        let logarithmic = f0 > 0.0 && f1 > 0.0;
+        let [value, end] = if logarithmic { [f0.ln(), f1.ln()] } else { [f0, f1] };
+        Piece { start: t0, value, slope: (end - value) / (t1 - t0), logarithmic }
+    }
+
+    fn level(start: f64, value: f64) -> Self {
+        Piece { start, value, slope: 0.0, logarithmic: false }
+    }
+}
 
 impl ZeroBistatic {
     /// Points of angle \[rad\] and `f_r` [1/sr], in any order.
@@ -48,6 +76,11 @@ impl ZeroBistatic {
         if points.len() < 2 || points.iter().all(|p| p.1 == 0.0) {
             return bad("there is nothing to interpolate".to_owned());
         }
+        let mut pieces = vec![Piece::level(0.0, points[0].1)];
+        pieces.extend(points.windows(2).map(|p| Piece::between(p[0], p[1])));
+        pieces.push(Piece::level(points[points.len() - 1].0, points[points.len() - 1].1));
+        let before = |k: usize| pieces.partition_point(|p| p.start <= k as f64 * FRAC_PI_2 / STEPS as f64) - 1;
+        let first = (0..=STEPS).map(|k| before(k) as u32).collect();
         let mut angles: Vec<f64> = points.iter().map(|p| p.0).collect();
         if angles[0] > 0.0 {
             angles.insert(0, 0.0);
@@ -61,7 +94,7 @@ impl ZeroBistatic {
         let mut thetas: Vec<f64> = angles.windows(2).flat_map(fine).collect();
         thetas.push(FRAC_PI_2);
         let edges: Vec<f64> = thetas.iter().map(|t| t.cos().max(0.0)).collect();
-        let mut scan = ZeroBistatic { points, edges, share: vec![0.0], integral: 0.0 };
+        let mut scan = ZeroBistatic { points, pieces, first, edges, share: vec![0.0], integral: 0.0 };
         // Weight of a cell: f c^3 at its middle, and at least a trace, so that nowhere with light lacks draws.
         let peak = scan.points.iter().fold(0.0f64, |m, p| m.max(p.1));
         for t in thetas.windows(2) {
@@ -104,21 +137,31 @@ impl ZeroBistatic {
         ZeroBistatic::new(&points).map_err(|e| Error::content(columns.path(), e.to_string(), "correct the scan"))
     }
 
+    /// The scan times `s`.
+    ///
+    /// # Errors
+    /// As [`ZeroBistatic::new`], if `s` is no number above 0.
+    pub fn scaled(&self, s: f64) -> Result<Self> {
+        let points: Vec<(f64, f64)> = self.points.iter().map(|&(theta, f)| (theta, s * f)).collect();
+        ZeroBistatic::new(&points)
+    }
+
     /// The measured points, angle \[rad\] and `f_r` [1/sr].
     pub fn points(&self) -> &[(f64, f64)] {
         &self.points
     }
 
-    /// `f_r` \[1/sr\] at `theta` \[rad\].
+    /// `f_r` \[1/sr\] at `theta` \[rad\], 0 to a right angle.
+    #[inline]
     pub fn at(&self, theta: f64) -> f64 {
-        let above = self.points.partition_point(|p| p.0 <= theta);
-        if above == 0 {
-            return self.points[0].1;
+        let step = ((theta * (STEPS as f64 / FRAC_PI_2)) as usize).min(STEPS);
+        let mut k = self.first[step] as usize;
+        while self.pieces.get(k + 1).is_some_and(|next| next.start <= theta) {
+            k += 1;
         }
-        let Some(&(t1, f1)) = self.points.get(above) else { return self.points[above - 1].1 };
-        let (t0, f0) = self.points[above - 1];
-        let u = (theta - t0) / (t1 - t0);
-        if f0 > 0.0 && f1 > 0.0 { f0 * (f1 / f0).powf(u) } else { f0 + u * (f1 - f0) }
+        let piece = self.pieces[k];
+        let value = piece.value + piece.slope * (theta - piece.start);
+        if piece.logarithmic { value.exp() } else { value }
     }
 
     /// Tangent of the angle where the scan has fallen to half of its largest value, within 0.01 and 1.

@@ -1,5 +1,6 @@
 //! The doorway between what scatters and what looks at it.
 
+use crate::math::frame::theta;
 use glam::DVec3;
 
 /// One direction drawn by [`Brdf::sample`].
@@ -38,6 +39,11 @@ pub trait Brdf: Send + Sync {
 
     /// Directional-hemispherical reflectance at `theta_i` \[rad\], specular core included.
     fn albedo(&self, theta_i: f64) -> f64;
+
+    /// The same for `wi`: of a surface with a grain [`Brdf::albedo`] is the mean over azimuths.
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        self.albedo(theta(wi))
+    }
 
     /// Reflectance of the specular core (mirror part) for `wi`; 0 if there is none.
     fn specular_core(&self, _wi: DVec3) -> f64 {

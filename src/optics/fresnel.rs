@@ -19,13 +19,30 @@ pub fn dielectric(cos_theta: f64, n: f64) -> f64 {
 }
 
 /// `R` of a conductor of index `n + i k`: `e = (n + ik)^2`, `g = sqrt(e - sin^2)`,
-/// `r_s = (c - g) / (c + g)`, `r_p = (e c - g) / (e c + g)`.
+/// `r_s = (c - g) / (c + g)`, `r_p = (e c - g) / (e c + g) = r_s (c g - sin^2) / (c g + sin^2)`.
 ///
 /// Free of divisions by `c`, so it holds at grazing. Source: Born and Wolf, section 14.2.
 #[inline]
 pub fn conductor(cos_theta: f64, n: f64, k: f64) -> f64 {
-    let [s, p] = polarised(cos_theta, n, k);
-    0.5 * (s + p)
+    let c = cos_theta.clamp(0.0, 1.0);
+    let sin2 = 1.0 - c * c;
+    let [gr, gi2] = root(n, k, sin2);
+    // The second form of r_p needs no square of an index, and both reflectances share one division.
+    let s = [(c - gr) * (c - gr) + gi2, (c + gr) * (c + gr) + gi2];
+    let turned = c * c * gi2;
+    let (less, more) = (c * gr - sin2, c * gr + sin2);
+    let p = [less * less + turned, more * more + turned];
+    let denominator = 2.0 * s[1] * p[1];
+    if denominator == 0.0 { 1.0 } else { s[0] * (p[0] + p[1]) / denominator }
+}
+
+/// `[Re g, (Im g)^2]` of `g = sqrt((n + ik)^2 - sin^2)`.
+#[inline]
+fn root(n: f64, k: f64, sin2: f64) -> [f64; 2] {
+    let (re, im) = (n * n - k * k - sin2, 2.0 * n * k);
+    // Squares of indices are far from overflow, and a root is cheaper than hypot.
+    let modulus = (re * re + im * im).sqrt();
+    [((modulus + re).max(0.0) / 2.0).sqrt(), (modulus - re).max(0.0) / 2.0]
 }
 
 /// `[R_s, R_p]` of an interface of index `n + i k`, `k = 0` for a clear one; formulas of [`conductor`].
@@ -34,11 +51,8 @@ pub fn polarised(cos_theta: f64, n: f64, k: f64) -> [f64; 2] {
     let c = cos_theta.clamp(0.0, 1.0);
     let sin2 = 1.0 - c * c;
     let (er, ei) = (n * n - k * k, 2.0 * n * k);
-    let (re, im) = (er - sin2, ei);
-    // Squares of indices are far from overflow, and a root is cheaper than hypot.
-    let modulus = (re * re + im * im).sqrt();
-    let gr = ((modulus + re).max(0.0) / 2.0).sqrt();
-    let gi = ((modulus - re).max(0.0) / 2.0).sqrt();
+    let [gr, gi2] = root(n, k, sin2);
+    let gi = gi2.sqrt();
     let ratio = |ar: f64, ai: f64| {
         // |a - g|^2 / |a + g|^2
         let denominator = (ar + gr).powi(2) + (ai + gi).powi(2);
@@ -86,6 +100,39 @@ mod tests {
         for angle in [0.0, 20.0, 56.0, 85.0, 89.9] {
             let c = cos_deg(angle);
             assert!((conductor(c, 1.5, 0.0) - dielectric(c, 1.5)).abs() < 1e-14);
+        }
+    }
+
+    /// Two forms of r_p, one of them without squares of the index. Where `g` is all but imaginary its real part keeps
+    /// twelve digits.
+    #[test]
+    fn a_conductor_is_the_mean_of_its_polarised_parts() {
+        for (n, k) in [(1.0152, 6.6273), (0.05, 3.3), (2.9, 3.1), (1.5, 1e-6), (0.01, 0.01), (9.0, 40.0), (1.0, 0.0)] {
+            for angle in 0..=180 {
+                let c = cos_deg(0.5 * f64::from(angle));
+                let [s, p] = polarised(c, n, k);
+                let found = conductor(c, n, k);
+                assert!((found - 0.5 * (s + p)).abs() < 1e-12, "{n} {k} {angle}: {found} {s} {p}");
+            }
+        }
+        assert_eq!(conductor(0.0, 1.0, 0.0), 1.0);
+    }
+
+    /// TV02-TV05 and TV08: both polarisations, and the standard glass.
+    #[test]
+    fn polarised_vectors() {
+        let brewster = 56.309932474;
+        for (angle, s, p) in [
+            (20.0, 0.0470809333588, 0.0334515239742),
+            (60.0, 0.176571488083, 0.00180193752159),
+            (85.0, 0.732345478711, 0.493253811819),
+            (brewster, 0.147928994083, 0.0),
+        ] {
+            let [got_s, got_p] = polarised(cos_deg(angle), 1.5, 0.0);
+            assert!((got_s - s).abs() < 1e-10 && (got_p - p).abs() < 1e-10, "{angle}: {got_s} {got_p}");
+        }
+        for (angle, r) in [(20.0, 0.04907810), (60.0, 0.10005603), (85.0, 0.61914821)] {
+            assert!((dielectric(cos_deg(angle), 1.567) - r).abs() < 1e-8);
         }
     }
 

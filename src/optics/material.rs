@@ -34,8 +34,8 @@ impl Material {
         }
     }
 
-    /// Reads `mirror`, `n=1.5`, `n=1.0+6.6k`, or a name: `black-glass`, `epoxy` and the metals
-    /// `al al-mcpeak cu au ag fe cr ni`, the latter two kinds at `wavelength` \[m\].
+    /// Reads `mirror`, `n=1.5`, `n=1.0+6.6k`, or a name: `black-glass`, the clear materials `epoxy bk7 noa61 pmma
+    /// polycarbonate` and the metals `al al-mcpeak cu au ag fe cr ni`, the latter two kinds at `wavelength` \[m\].
     ///
     /// # Errors
     /// `Error::Parameter` saying which part cannot be read, or that the wavelength lies outside 380-780 nm for a metal.
@@ -43,7 +43,8 @@ impl Material {
         let bad = |what: String| {
             Error::parameter(
                 what,
-                "write mirror, n=1.5, n=1.0+6.6k, black-glass, epoxy, or a metal: al al-mcpeak cu au ag fe cr ni",
+                "write mirror, n=1.5, n=1.0+6.6k, black-glass, a clear material: epoxy bk7 noa61 pmma polycarbonate, or a \
+                 metal: al al-mcpeak cu au ag fe cr ni",
             )
         };
         let number = |s: &str| s.trim().parse::<f64>().ok().filter(|v| v.is_finite());
@@ -65,11 +66,7 @@ impl Material {
         match name.as_str() {
             "mirror" => Ok(Material::Mirror),
             "black-glass" => Ok(Material::Dielectric { n: STANDARD_GLASS_INDEX }),
-            "epoxy" => {
-                // SU-8 3000 epoxy resist, maker's Cauchy coefficients, wavelength in um.
-                let l2 = (wavelength * 1e6).powi(2);
-                Ok(Material::Dielectric { n: 1.5525 + 0.00629 / l2 + 0.0004 / (l2 * l2) })
-            }
+            clear if CLEAR.contains(&clear) => clear_index(clear, wavelength).map(|n| Material::Dielectric { n }),
             metal => metal_index(metal, wavelength)?
                 .map(|(n, k)| Material::Conductor { n, k })
                 .ok_or_else(|| bad(format!("material `{text}` is unknown"))),
@@ -85,6 +82,35 @@ impl std::fmt::Display for Material {
             Material::Conductor { n, k } => write!(f, "n={n}+{k}k"),
         }
     }
+}
+
+/// Clear materials with a dispersion formula.
+const CLEAR: [&str; 5] = ["epoxy", "bk7", "noa61", "pmma", "polycarbonate"];
+
+/// Index of a clear material at `wavelength` \[m\], makers' formulas in um.
+///
+/// SU-8 3000 epoxy resist and NOA61 adhesive: Cauchy coefficients of their makers; N-BK7: Schott 2017; PMMA, polycarbonate:
+/// Sultanova, Kasarova, Nikolov 2009. All as in the refractiveindex.info database (CC0).
+fn clear_index(name: &str, wavelength: f64) -> Result<f64> {
+    let nm = wavelength * 1e9;
+    if !(300.0..=1600.0).contains(&nm) {
+        return Err(Error::parameter(
+            format!("no index of `{name}` at {nm} nm"),
+            "the dispersion formulas of clear materials hold from 300 nm to 1600 nm; give the index as n=1.5",
+        ));
+    }
+    let l2 = (wavelength * 1e6).powi(2);
+    let one_term = |b: f64, c: f64| (1.0 + b * l2 / (l2 - c)).sqrt();
+    Ok(match name {
+        "bk7" => {
+            let terms = [(1.03961212, 0.00600069867), (0.231792344, 0.0200179144), (1.01046945, 103.560653)];
+            (1.0 + terms.iter().map(|(b, c)| b * l2 / (l2 - c)).sum::<f64>()).sqrt()
+        }
+        "noa61" => 1.5375 + 0.00829045 / l2 - 0.000211046 / (l2 * l2),
+        "pmma" => one_term(1.1819, 0.011313),
+        "polycarbonate" => one_term(1.4182, 0.021304),
+        _ => 1.5525 + 0.00629 / l2 + 0.0004 / (l2 * l2),
+    })
 }
 
 /// Linear interpolation of the metal table at `wavelength` \[m\]; `None` if the metal is not in it.
@@ -141,6 +167,22 @@ mod tests {
             Material::Dielectric { n } => assert!((n - 1.5777).abs() < 1e-4),
             other => panic!("{other:?}"),
         }
+        // TV50, and the lines of the Schott catalogue to its five digits.
+        for (nm, n) in
+            [(587.5618, 1.5168), (486.13, 1.522376), (546.07, 1.518721), (632.8, 1.515089), (656.27, 1.514322)]
+        {
+            match Material::parse("bk7", nm * 1e-9).unwrap() {
+                Material::Dielectric { n: got } => assert!((got - n).abs() < 2e-6, "{nm}: {got}"),
+                other => panic!("{other:?}"),
+            }
+        }
+        for (name, n) in [("pmma", 1.4906), ("polycarbonate", 1.5848), ("noa61", 1.5596)] {
+            match Material::parse(name, 587.6e-9).unwrap() {
+                Material::Dielectric { n: got } => assert!((got - n).abs() < 2e-3, "{name}: {got}"),
+                other => panic!("{other:?}"),
+            }
+        }
+        assert!(Material::parse("bk7", 5e-6).unwrap_err().to_string().contains("1600 nm"));
         for text in ["", "n=", "n=0.5", "n=1+k", "n=nan", "glue", "n=1.0+-2k"] {
             assert!(Material::parse(text, l).is_err(), "{text}");
         }

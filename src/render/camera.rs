@@ -53,6 +53,11 @@ impl Camera {
         Ok(Camera { eye, forward, right: half * aspect * right, up: half * up, parallel })
     }
 
+    /// Where it stands; for a parallel projection the middle of the picture.
+    pub fn eye(&self) -> DVec3 {
+        self.eye
+    }
+
     /// The ray through the picture point `(x, y)` in `[0, 1]^2`, x to the right and y downwards.
     #[inline]
     pub fn ray(&self, x: f64, y: f64) -> Ray {

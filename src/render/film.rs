@@ -59,6 +59,31 @@ impl Film {
         (x < self.width).then(|| self.pixels.get(y * self.width + x))?
     }
 
+    /// Mean of all pixels, with the standard error of independent pixels and the sum of their samples.
+    pub fn mean(&self) -> Pixel {
+        let n = self.pixels.len() as f64;
+        let sum = |f: &dyn Fn(&Pixel) -> f64| self.pixels.iter().map(f).sum::<f64>();
+        let radiance = std::array::from_fn(|k| (sum(&|p| f64::from(p.radiance[k])) / n) as f32);
+        let variance = |k: usize| sum(&|p| f64::from(p.standard_error[k]).powi(2));
+        let samples = self.pixels.iter().fold(0u32, |total, p| total.saturating_add(p.samples));
+        Pixel { radiance, standard_error: std::array::from_fn(|k| (variance(k).sqrt() / n) as f32), samples }
+    }
+
+    /// An exposure [m2 sr/W] that shows the brightest fiftieth of the pixels above 80 % of white; 1 for a black film.
+    pub fn natural_exposure(&self) -> f64 {
+        let mut brightness: Vec<f32> = self.pixels.iter().map(|p| p.radiance.iter().sum::<f32>() / 3.0).collect();
+        brightness.sort_by(f32::total_cmp);
+        match brightness.get(brightness.len() * 98 / 100) {
+            Some(&bright) if bright > 0.0 => {
+                let exact = 0.8 / f64::from(bright);
+                // Two digits, to be repeated by hand.
+                let step = 10f64.powf(exact.log10().floor() - 1.0);
+                (exact / step).round() * step
+            }
+            _ => 1.0,
+        }
+    }
+
     /// Copies `other` with its top left corner at `(x, y)`; what sticks out is lost.
     pub fn paste(&mut self, other: &Film, x: usize, y: usize) {
         let width = other.width.min(self.width.saturating_sub(x));

@@ -2,23 +2,56 @@
 
 use super::camera::Camera;
 use super::film::{Film, Pixel, Tally};
-use super::scene::{Finish, Id, LightSample, Material, Scene};
+use super::light::{Asking, LightSample};
+use super::material::Coat;
+use super::scene::{Finish, Scene};
 use super::shape::Ray;
+use super::spot::Spot;
 use super::stream::{PathStream, PixelStream, SobolTable};
 use crate::error::{Error, Result};
 use crate::math::frame::DVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// How light from emitters is found at each reflection. All three have the same mean.
+/// How light from emitters is found at each reflection. All but [`Estimator::Direct`] have the same mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Strategy {
+pub enum Estimator {
+    /// `brdf` and `lights` together, weighted by the balance heuristic.
+    Mis,
     /// Follow [`crate::optics::brdf::Brdf::sample`] and count the emitters it meets: best for mirrors.
     Brdf,
     /// Draw a point on an emitter and ask whether it is seen: best for small lamps over matt surfaces.
-    Light,
-    /// Both, weighted by the balance heuristic.
-    Both,
+    Lights,
+    /// As `mis` with directions uniform over the hemisphere instead of those of the BRDF.
+    Uniform,
+    /// As `mis`, but paths end at the first reflection: light that comes by way of other surfaces is missing.
+    Direct,
+}
+
+impl Estimator {
+    /// All of them with their names.
+    pub const NAMES: [(&'static str, Estimator); 5] = [
+        ("mis", Estimator::Mis),
+        ("brdf", Estimator::Brdf),
+        ("lights", Estimator::Lights),
+        ("uniform", Estimator::Uniform),
+        ("direct", Estimator::Direct),
+    ];
+
+    /// Reads a name such as `mis`.
+    ///
+    /// # Errors
+    /// `Error::Parameter` with the names there are.
+    pub fn parse(name: &str) -> Result<Self> {
+        Self::NAMES.iter().find(|(n, _)| *n == name).map(|(_, e)| *e).ok_or_else(|| {
+            Error::parameter(format!("estimator `{name}` is unknown"), "write mis, brdf, lights, uniform or direct")
+        })
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::NAMES.iter().find(|(_, e)| *e == self).map_or("", |(n, _)| n)
+    }
 }
 
 /// Size and effort of a picture.
@@ -33,7 +66,7 @@ pub struct RenderOptions {
     pub seed: u64,
     /// Reflections after which a path ends.
     pub max_reflections: u32,
-    pub strategy: Strategy,
+    pub estimator: Estimator,
     /// Up to this many lights are all asked at the first reflection, which decides how noisy a picture looks;
     /// after it, or with more lights than this, one is drawn at random.
     pub lights_asked: usize,
@@ -47,7 +80,7 @@ impl Default for RenderOptions {
             samples_per_pixel: 256,
             seed: 1,
             max_reflections: 8,
-            strategy: Strategy::Both,
+            estimator: Estimator::Mis,
             lights_asked: 8,
         }
     }
@@ -108,134 +141,135 @@ fn expose(scene: &Scene, camera: &Camera, options: &RenderOptions, at: [usize; 2
     tally.pixel()
 }
 
+/// How the ray that is followed was drawn: what the light samples at its start must be weighed against.
+#[derive(Clone, Copy)]
+struct Drawn {
+    pdf: f64,
+    at: Asking,
+    reflection: u32,
+}
+
 /// Radiance that arrives against `ray` [W/(m2 sr)], from one random path.
 fn trace(scene: &Scene, mut ray: Ray, stream: &mut PathStream, options: &RenderOptions) -> DVec3 {
     let mut radiance = DVec3::ZERO;
     let mut throughput = DVec3::ONE;
     let mut leaving = None;
-    // Density of the BRDF draw that made the ray; none for a camera ray or a mirror, which no light sample rivals.
-    let mut drawn: Option<f64> = None;
+    // None for a camera ray or a mirror, which no light sample rivals.
+    let mut drawn: Option<Drawn> = None;
+    let last = if options.estimator == Estimator::Direct { 1 } else { options.max_reflections };
+    let mut first_weight = 1.0;
     for reflection in 0.. {
         let Some(hit) = scene.closest(&ray, leaving) else {
-            return radiance + throughput * scene.sky;
-        };
-        let material = match scene.finish(hit.id) {
-            Finish::Emits(light) => {
-                let (emitted, pdf) = scene.meet_light(*light, &ray, hit.t);
-                let weight = drawn.map_or(1.0, |drawn| {
-                    // The rival draw was made where the ray started, one reflection ago.
-                    let all = asks_all(scene, options, reflection - 1);
-                    let rival = if all { pdf } else { pdf * scene.light_probability(*light) };
-                    emitter_weight(drawn, rival, options.strategy)
-                });
-                return radiance + weight * throughput * emitted;
+            radiance += throughput * scene.sky;
+            if let Some((light, met)) = scene.lights.surroundings(ray.direction) {
+                let weight = emitter_weight(scene, options, drawn, light, met.pdf);
+                radiance += weight * throughput * met.radiance;
             }
-            Finish::Reflects(material) => material,
+            return radiance;
         };
-        if reflection == options.max_reflections {
+        let cover = match scene.finish(hit.id) {
+            Finish::Emits(light) => {
+                let met = scene.meet_light(light, &ray, &hit);
+                let weight = emitter_weight(scene, options, drawn, light, met.pdf);
+                return radiance + weight * throughput * met.radiance;
+            }
+            Finish::Reflects(cover) => scene.cover(cover),
+        };
+        if reflection >= last {
             return radiance;
         }
-        let Some(spot) = Spot::new(scene, hit.id, ray.at(hit.t), -ray.direction) else {
+        let Some(spot) = Spot::new(scene, &hit, ray.at(hit.t), -ray.direction) else {
             return radiance;
         };
-        let tint = material.tint.colour(|| scene.uv(hit.id, spot.point));
+        let coat = cover.at(|| scene.uv(&hit, spot.point), || scene.place_in(&hit, spot.point));
+        let at = Asking { point: spot.point, normal: spot.z };
         let u_brdf = stream.pair();
-        if options.strategy != Strategy::Brdf {
+        if options.estimator != Estimator::Brdf && !coat.is_delta() {
             let mut direct = DVec3::ZERO;
             let mut count = |light: Option<LightSample>| {
-                direct += light.map_or(DVec3::ZERO, |l| from_light(scene, material, &spot, &l, options.strategy));
+                direct += light.map_or(DVec3::ZERO, |l| from_light(scene, &coat, &spot, &l, options.estimator));
             };
             if asks_all(scene, options, reflection) {
-                (0..scene.light_count()).for_each(|i| count(scene.sample_light(i, spot.point, stream.pair())));
+                (0..scene.lights.len()).for_each(|i| count(scene.lights.sample(i, spot.point, stream.pair())));
             } else {
-                count(scene.sample_any_light(spot.point, stream.pair()));
+                count(scene.lights.sample_any(&at, stream.pair()));
             }
-            radiance += throughput * tint * direct;
+            radiance += throughput * direct;
         }
-        let Some(draw) = material.brdf.sample(spot.seen, u_brdf) else {
-            return radiance;
+        let draw = if options.estimator == Estimator::Uniform {
+            coat.sample_uniformly(spot.seen, u_brdf)
+        } else {
+            coat.sample(spot.seen, u_brdf)
         };
-        throughput *= tint * draw.weight;
+        let Some(draw) = draw else { return radiance };
+        throughput *= draw.weight;
+        if throughput == DVec3::ZERO {
+            return radiance;
+        }
+        if reflection == 0 {
+            first_weight = throughput.max_element();
+        }
         if reflection >= SURE_REFLECTIONS {
-            let survival = throughput.max_element().min(1.0);
+            // Measured by what was left after the first reflection: dim surfaces deserve long paths too.
+            let survival = (throughput.max_element() / first_weight).min(1.0);
             if stream.lonely() >= survival {
                 return radiance;
             }
             throughput /= survival;
         }
-        ray = Ray { origin: spot.point, direction: spot.to_world(draw.wo) };
+        let direction = spot.to_world(draw.wo);
+        if !spot.leaves(direction) {
+            return radiance;
+        }
+        ray = Ray { origin: spot.point, direction };
         leaving = Some(hit.id);
-        drawn = (!draw.specular).then_some(draw.pdf);
+        drawn = (!draw.specular).then_some(Drawn { pdf: draw.pdf, at, reflection });
     }
     radiance
 }
 
 /// Share of the BRDF draw in an emitter that both strategies find: `p_brdf / (p_brdf + p_light)`.
 #[inline]
-fn emitter_weight(pdf: f64, rival: f64, strategy: Strategy) -> f64 {
-    match strategy {
-        Strategy::Brdf => 1.0,
+fn emitter_weight(scene: &Scene, options: &RenderOptions, drawn: Option<Drawn>, light: usize, own: f64) -> f64 {
+    let Some(drawn) = drawn else { return 1.0 };
+    if options.estimator == Estimator::Brdf {
+        return 1.0;
+    }
+    let chance = if asks_all(scene, options, drawn.reflection) { 1.0 } else { scene.lights.chance(light, &drawn.at) };
+    let rival = chance * own;
+    match options.estimator {
         // From inside a sphere no light sample is drawn: the BRDF must find it alone.
-        Strategy::Light => f64::from(rival <= 0.0),
-        Strategy::Both => 1.0 / (1.0 + rival / pdf),
+        Estimator::Lights => f64::from(rival <= 0.0),
+        _ => 1.0 / (1.0 + rival / drawn.pdf),
     }
 }
 
 /// Whether the light samples at this reflection come from every light or from one drawn among them.
 #[inline]
 fn asks_all(scene: &Scene, options: &RenderOptions, reflection: u32) -> bool {
-    reflection == 0 && scene.light_count() <= options.lights_asked
+    reflection == 0 && scene.lights.len() <= options.lights_asked
 }
 
 /// `f_r L cos_theta / (p_light + p_brdf)` of one draw towards the lights; without `p_brdf` if lights stand alone.
 #[inline]
-fn from_light(scene: &Scene, material: &Material, spot: &Spot, light: &LightSample, strategy: Strategy) -> DVec3 {
+fn from_light(scene: &Scene, coat: &Coat, spot: &Spot, light: &LightSample, estimator: Estimator) -> DVec3 {
     let wo = spot.to_local(light.direction);
-    if wo.z <= 0.0 || light.radiance == DVec3::ZERO {
+    if wo.z <= 0.0 || light.radiance == DVec3::ZERO || !spot.leaves(light.direction) {
         return DVec3::ZERO;
     }
-    let f_r = material.brdf.eval(spot.seen, wo);
+    let (f_r, pdf) = coat.eval_and_pdf(spot.seen, wo);
     // The BRDF is cheaper than the shadow ray, and a narrow lobe is 0 almost everywhere.
-    if f_r == 0.0 {
+    if f_r == DVec3::ZERO {
         return DVec3::ZERO;
     }
     let ray = Ray { origin: spot.point, direction: light.direction };
     if scene.is_blocked(&ray, light.distance, spot.id, light.id) {
         return DVec3::ZERO;
     }
-    let rival = if strategy == Strategy::Both { material.brdf.pdf(spot.seen, wo) } else { 0.0 };
-    light.radiance * (f_r * wo.z / (light.pdf + rival))
-}
-
-/// A point of a surface with the frame of its BRDF: z is the normal on the side that is seen.
-struct Spot {
-    id: Id,
-    point: DVec3,
-    /// Direction to the viewer in the local frame.
-    seen: DVec3,
-    x: DVec3,
-    y: DVec3,
-    z: DVec3,
-}
-
-impl Spot {
-    /// `None` if the surface is seen exactly edge-on.
-    #[inline]
-    fn new(scene: &Scene, id: Id, point: DVec3, to_viewer: DVec3) -> Option<Self> {
-        let (front, x) = scene.frame(id, point);
-        let z = if front.dot(to_viewer) < 0.0 { -front } else { front };
-        let mut spot = Spot { id, point, seen: DVec3::Z, x, y: z.cross(x), z };
-        spot.seen = spot.to_local(to_viewer);
-        (spot.seen.z > 0.0).then_some(spot)
-    }
-
-    #[inline]
-    fn to_local(&self, w: DVec3) -> DVec3 {
-        DVec3::new(w.dot(self.x), w.dot(self.y), w.dot(self.z))
-    }
-
-    #[inline]
-    fn to_world(&self, w: DVec3) -> DVec3 {
-        w.x * self.x + w.y * self.y + w.z * self.z
-    }
+    let rival = match estimator {
+        Estimator::Lights => 0.0,
+        Estimator::Uniform => coat.uniform_pdf(),
+        _ => pdf,
+    };
+    light.radiance * f_r * (wo.z / (light.pdf + rival))
 }

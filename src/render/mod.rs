@@ -1,30 +1,53 @@
 //! Floor 7: pictures of materials, path-traced.
 //!
 //! ```text
-//! shape, paint ─► scene ─► integrator ─► film ─► picture (.exr, .png)
-//!                 light      camera, stream        caption
+//! description (.toml)
+//!   shape, disc, mesh ─┐
+//!   material, paint ───┼► scene ─► integrator ─► film ─► picture (.exr, .png)
+//!   light, environment ┘            camera, stream        caption
 //! tiles: one picture that compares materials side by side
 //! ```
 //! Lengths in metres, radiance in W/(m2 sr) per linear RGB channel, z up.
 
 pub mod camera;
 pub mod caption;
+pub mod description;
+pub mod disc;
+pub mod environment;
+pub mod exr_file;
 pub mod film;
 pub mod integrator;
 mod light;
+pub mod material;
+pub mod mesh;
+mod mesh_file;
 pub mod paint;
 pub mod picture;
+pub mod revolution;
 pub mod scene;
 pub mod shape;
+pub mod spectral;
+mod spheres;
+mod spot;
 mod stage;
 mod stream;
 pub mod tiles;
+mod triangle;
+pub mod warning;
 
 pub use camera::Camera;
+pub use description::Description;
+pub use disc::Disc;
+pub use environment::Environment;
 pub use film::{Film, Pixel};
-pub use integrator::{RenderOptions, Strategy, render};
+pub use integrator::{Estimator, RenderOptions, render};
+pub use material::{Coat, Cover, Material, Reflector};
+pub use mesh::Mesh;
 pub use paint::{Paint, Pattern};
 pub use picture::{Picture, exr_bytes, save_exr};
-pub use scene::{Material, Scene};
+pub use revolution::revolution;
+pub use scene::Scene;
 pub use shape::{Quad, Ray, Shape, Sphere};
+pub use spectral::Spectral;
 pub use tiles::{Tile, TilesOptions, TilesPicture, render_tiles};
+pub use warning::RenderWarning;

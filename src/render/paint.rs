@@ -171,6 +171,11 @@ impl Paint {
         })
     }
 
+    /// Where it is bright and where dark.
+    pub fn pattern(&self) -> Pattern {
+        self.pattern
+    }
+
     /// The colour at plane coordinates `uv`, asked for only if it varies.
     #[inline]
     pub(super) fn colour(&self, uv: impl FnOnce() -> [f64; 2]) -> DVec3 {

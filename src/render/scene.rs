@@ -1,32 +1,32 @@
-//! Shapes with what covers them: a material that reflects, or an emitter.
+//! Shapes with what covers them: something that reflects, or a lamp.
 
-use super::light;
+use super::disc::Disc;
+use super::environment::Environment;
+use super::light::{Lights, Met};
+use super::material::Cover;
+use super::mesh::Mesh;
 use super::paint::Paint;
-use super::shape::{Quad, Ray, Shape, Sphere};
-use crate::error::{Error, Result};
+use super::shape::{Quad, Ray, Shape};
+use super::spheres::Spheres;
+use crate::error::Result;
 use crate::math::frame::DVec3;
-use crate::optics::brdf::Brdf;
+use std::sync::Arc;
 
-/// A surface that reflects: `f_r(wi, wo) tint(u, v)`, the same on both sides of a quad.
-#[derive(Clone, Copy)]
-pub struct Material<'a> {
-    /// In the local frame z is the normal on the side that is seen and x runs along `edge_u` of a quad.
-    pub brdf: &'a dyn Brdf,
-    /// Linear RGB factor, to be kept at or below 1.
-    pub tint: Paint,
-}
-
-#[derive(Clone, Copy)]
-pub(super) enum Finish<'a> {
-    Reflects(Material<'a>),
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Finish {
+    /// Index of the cover.
+    Reflects(usize),
     /// Index of the light.
     Emits(usize),
 }
 
+/// A surface: of a mesh a single triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Id {
-    Quad(usize),
-    Sphere(usize),
+    Quad(u32),
+    Sphere(u32),
+    Disc(u32),
+    Triangle { mesh: u32, triangle: u32 },
 }
 
 /// The nearest surface along a ray.
@@ -34,37 +34,33 @@ pub(super) enum Id {
 pub(super) struct Hit {
     pub t: f64,
     pub id: Id,
+    /// Weights of the second and third corner of a triangle.
+    pub weights: [f64; 2],
 }
 
-struct Light {
-    id: Id,
-    radiance: Paint,
-    intensity: f64,
-    /// Chance to be drawn, and the sum of the chances up to and including this light.
-    probability: f64,
-    cumulative: f64,
+/// Directions at a point of a surface, on its front.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    /// Unit normal of the surface as rays meet it.
+    pub plane: DVec3,
+    /// Unit normal of the surface as light sees it, interpolated on smooth meshes.
+    pub normal: DVec3,
+    /// Along x of the material, not always at right angles to `normal`; zero if any direction will do.
+    pub along: DVec3,
 }
 
-/// A direction drawn towards a light.
-pub(super) struct LightSample {
-    pub direction: DVec3,
-    pub distance: f64,
-    /// Density per steradian: of this light alone, or among all if it was drawn from all.
-    pub pdf: f64,
-    pub radiance: DVec3,
-    pub id: Id,
-}
-
-/// What a ray can meet, under a sky of uniform radiance.
+/// What a ray can meet, under a sky.
 ///
 /// Lengths in metres, radiance in W/(m2 sr) per linear RGB channel. Nothing refracts: shapes are opaque.
 pub struct Scene<'a> {
     pub(super) sky: DVec3,
-    quads: Vec<Quad>,
-    quad_finishes: Vec<Finish<'a>>,
-    spheres: Vec<Sphere>,
-    sphere_finishes: Vec<Finish<'a>>,
-    lights: Vec<Light>,
+    pub(super) lights: Lights,
+    quads: Vec<(Quad, Finish)>,
+    discs: Vec<(Disc, Finish)>,
+    spheres: Spheres,
+    sphere_finishes: Vec<Finish>,
+    meshes: Vec<(Arc<Mesh>, Finish)>,
+    covers: Vec<Cover<'a>>,
 }
 
 impl<'a> Scene<'a> {
@@ -75,53 +71,56 @@ impl<'a> Scene<'a> {
     pub fn new(sky: DVec3) -> Result<Self> {
         Ok(Scene {
             sky: Paint::plain(sky)?.mean(),
+            lights: Lights::default(),
             quads: Vec::new(),
-            quad_finishes: Vec::new(),
-            spheres: Vec::new(),
+            discs: Vec::new(),
+            spheres: Spheres::default(),
             sphere_finishes: Vec::new(),
-            lights: Vec::new(),
+            meshes: Vec::new(),
+            covers: Vec::new(),
         })
     }
 
     /// Adds a shape that reflects.
-    pub fn add(&mut self, shape: impl Into<Shape>, material: Material<'a>) {
-        self.place(shape.into(), Finish::Reflects(material));
+    pub fn add(&mut self, shape: impl Into<Shape>, cover: impl Into<Cover<'a>>) {
+        self.covers.push(cover.into());
+        self.place(shape.into(), Finish::Reflects(self.covers.len() - 1));
     }
 
-    /// Adds a black shape whose front emits `radiance` [W/(m2 sr)] equally in all directions.
+    /// Adds a black shape whose front emits `radiance` [W/(m2 sr)] equally in all directions. Patterns are for quads and
+    /// spheres; a disc or a mesh emits the mean everywhere.
     ///
     /// # Errors
     /// `Error::Parameter` if the emitter is dark everywhere.
     pub fn add_emitter(&mut self, shape: impl Into<Shape>, radiance: Paint) -> Result<()> {
         let shape = shape.into();
-        let intensity = light::intensity(&shape, radiance.mean());
-        if intensity <= 0.0 {
-            return Err(Error::parameter("an emitter has no radiance", "give it a radiance above 0 or leave it out"));
-        }
-        let id = self.place(shape, Finish::Emits(self.lights.len()));
-        self.lights.push(Light { id, radiance, intensity, probability: 0.0, cumulative: 0.0 });
-        let (count, total) = (self.lights.len() as f64, self.lights.iter().map(|l| l.intensity).sum::<f64>());
-        let mut cumulative = 0.0;
-        for light in &mut self.lights {
-            // Half by intensity, half evenly: a small bright lamp matters more in a mirror than its power tells.
-            light.probability = 0.5 * light.intensity / total + 0.5 / count;
-            cumulative += light.probability;
-            light.cumulative = cumulative;
-        }
-        Ok(())
+        let id = self.place(shape.clone(), Finish::Emits(self.lights.len()));
+        self.lights.add(shape, id, radiance)
     }
 
-    fn place(&mut self, shape: Shape, finish: Finish<'a>) -> Id {
+    /// Surrounds the scene, on top of the radiance of the sky.
+    pub fn surround(&mut self, environment: Environment) {
+        self.lights.surround(environment);
+    }
+
+    fn place(&mut self, shape: Shape, finish: Finish) -> Id {
         match shape {
             Shape::Quad(quad) => {
-                self.quads.push(quad);
-                self.quad_finishes.push(finish);
-                Id::Quad(self.quads.len() - 1)
+                self.quads.push((quad, finish));
+                Id::Quad(self.quads.len() as u32 - 1)
+            }
+            Shape::Disc(disc) => {
+                self.discs.push((disc, finish));
+                Id::Disc(self.discs.len() as u32 - 1)
             }
             Shape::Sphere(sphere) => {
                 self.spheres.push(sphere);
                 self.sphere_finishes.push(finish);
-                Id::Sphere(self.spheres.len() - 1)
+                Id::Sphere(self.sphere_finishes.len() as u32 - 1)
+            }
+            Shape::Mesh(mesh) => {
+                self.meshes.push((mesh, finish));
+                Id::Triangle { mesh: self.meshes.len() as u32 - 1, triangle: 0 }
             }
         }
     }
@@ -132,163 +131,162 @@ impl<'a> Scene<'a> {
     pub(super) fn closest(&self, ray: &Ray, leaving: Option<Id>) -> Option<Hit> {
         let mut t = f64::INFINITY;
         let mut id = None;
-        for (i, quad) in self.quads.iter().enumerate() {
+        let mut weights = [0.0; 2];
+        for (i, (quad, _)) in self.quads.iter().enumerate() {
             if let Some(nearer) = quad.intersect(ray, t)
-                && leaving != Some(Id::Quad(i))
+                && leaving != Some(Id::Quad(i as u32))
             {
-                (t, id) = (nearer, Some(Id::Quad(i)));
+                (t, id) = (nearer, Some(Id::Quad(i as u32)));
             }
         }
-        for (i, sphere) in self.spheres.iter().enumerate() {
-            let found =
-                if leaving == Some(Id::Sphere(i)) { sphere.intersect_again(ray, t) } else { sphere.intersect(ray, t) };
-            if let Some(nearer) = found {
-                (t, id) = (nearer, Some(Id::Sphere(i)));
+        for (i, (disc, _)) in self.discs.iter().enumerate() {
+            if let Some(nearer) = disc.intersect(ray, t)
+                && leaving != Some(Id::Disc(i as u32))
+            {
+                (t, id) = (nearer, Some(Id::Disc(i as u32)));
             }
         }
-        id.map(|id| Hit { t, id })
+        if let Some((nearer, i)) = self.spheres.closest(ray, t, sphere_of(leaving)) {
+            (t, id) = (nearer, Some(Id::Sphere(i as u32)));
+        }
+        for (i, (mesh, _)) in self.meshes.iter().enumerate() {
+            if let Some(hit) = mesh.closest(ray, t, triangle_of(leaving, i)) {
+                (t, id) = (hit.t, Some(Id::Triangle { mesh: i as u32, triangle: hit.triangle }));
+                weights = hit.weights;
+            }
+        }
+        id.map(|id| Hit { t, id, weights })
     }
 
     /// Whether anything but `leaving` and `target` stands before `distance`.
     #[inline]
-    pub(super) fn is_blocked(&self, ray: &Ray, distance: f64, leaving: Id, target: Id) -> bool {
-        let quad = |(i, quad): (usize, &Quad)| {
-            quad.intersect(ray, distance).is_some() && leaving != Id::Quad(i) && target != Id::Quad(i)
+    pub(super) fn is_blocked(&self, ray: &Ray, distance: f64, leaving: Id, target: Option<Id>) -> bool {
+        let other = |id: Id| leaving != id && target != Some(id);
+        let quad =
+            |(i, q): (usize, &(Quad, Finish))| q.0.intersect(ray, distance).is_some() && other(Id::Quad(i as u32));
+        let disc =
+            |(i, d): (usize, &(Disc, Finish))| d.0.intersect(ray, distance).is_some() && other(Id::Disc(i as u32));
+        let mesh = |(i, m): (usize, &(Arc<Mesh>, Finish))| {
+            m.0.blocks(ray, distance, triangle_of(Some(leaving), i), triangle_of(target, i))
         };
-        let sphere = |(i, sphere): (usize, &Sphere)| {
-            if leaving == Id::Sphere(i) {
-                sphere.intersect_again(ray, distance).is_some()
-            } else {
-                sphere.intersect(ray, distance).is_some() && target != Id::Sphere(i)
-            }
-        };
-        self.quads.iter().enumerate().any(quad) || self.spheres.iter().enumerate().any(sphere)
+        self.quads.iter().enumerate().any(quad)
+            || self.spheres.block(ray, distance, sphere_of(Some(leaving)), sphere_of(target))
+            || self.discs.iter().enumerate().any(disc)
+            || self.meshes.iter().enumerate().any(mesh)
     }
 
     #[inline]
-    pub(super) fn finish(&self, id: Id) -> &Finish<'a> {
+    pub(super) fn finish(&self, id: Id) -> Finish {
         match id {
-            Id::Quad(i) => &self.quad_finishes[i],
-            Id::Sphere(i) => &self.sphere_finishes[i],
+            Id::Quad(i) => self.quads[i as usize].1,
+            Id::Sphere(i) => self.sphere_finishes[i as usize],
+            Id::Disc(i) => self.discs[i as usize].1,
+            Id::Triangle { mesh, .. } => self.meshes[mesh as usize].1,
         }
     }
 
-    /// Unit normal of the front and a unit tangent at a point of the shape.
     #[inline]
-    pub(super) fn frame(&self, id: Id, point: DVec3) -> (DVec3, DVec3) {
-        match id {
-            Id::Quad(i) => (self.quads[i].normal, self.quads[i].tangent),
-            Id::Sphere(i) => {
-                let normal = (point - self.spheres[i].centre).normalize();
-                // Along the parallels of latitude; any direction will do at the poles.
-                (normal, DVec3::new(-normal.y, normal.x, 0.0).try_normalize().unwrap_or(DVec3::X))
-            }
-        }
+    pub(super) fn cover(&self, index: usize) -> &Cover<'a> {
+        &self.covers[index]
     }
 
-    /// Plane or sphere coordinates of a point of the shape.
+    /// The front of the surface at a point of it.
     #[inline]
-    pub(super) fn uv(&self, id: Id, point: DVec3) -> [f64; 2] {
-        match id {
-            Id::Quad(i) => self.quads[i].uv(point),
-            Id::Sphere(i) => self.spheres[i].uv(point),
-        }
-    }
-
-    /// Radiance that the light sends back along `ray` [W/(m2 sr)], 0 from behind, and the density per steradian with
-    /// which [`Self::sample_light`] draws this direction from the origin of the ray.
-    #[inline]
-    pub(super) fn meet_light(&self, light: usize, ray: &Ray, t: f64) -> (DVec3, f64) {
-        let light = &self.lights[light];
-        match light.id {
+    pub(super) fn frame(&self, hit: &Hit, point: DVec3) -> Frame {
+        let (plane, normal, along) = match hit.id {
             Id::Quad(i) => {
-                let pdf = self.quads[i].direction_pdf(ray.direction, t);
-                if pdf == 0.0 {
-                    return (DVec3::ZERO, 0.0);
-                }
-                let dab = light.radiance.dab(self.quads[i].uv(ray.at(t)));
-                (dab.colour, pdf * dab.density)
+                let quad = &self.quads[i as usize].0;
+                (quad.normal, quad.normal, quad.tangent)
+            }
+            Id::Disc(i) => {
+                let disc = &self.discs[i as usize].0;
+                (disc.normal, disc.normal, disc.tangent)
             }
             Id::Sphere(i) => {
-                let pdf = self.spheres[i].direction_pdf(ray.origin);
-                // From inside there is no cone of directions, and the back of the surface is seen.
-                let colour = || light.radiance.colour(|| self.spheres[i].uv(ray.at(t)));
-                (if pdf > 0.0 { colour() } else { DVec3::ZERO }, pdf)
+                let sphere = self.spheres.get(i as usize);
+                let normal = (point - sphere.centre) / sphere.radius;
+                // Along the parallels of latitude.
+                (normal, normal, DVec3::new(-normal.y, normal.x, 0.0))
             }
+            Id::Triangle { mesh, triangle } => {
+                let mesh = &self.meshes[mesh as usize].0;
+                let (plane, normal) = mesh.normals(triangle, hit.weights);
+                (plane, normal, mesh.axis().cross(normal))
+            }
+        };
+        Frame { plane, normal, along }
+    }
+
+    /// Plane or sphere coordinates of a point of the shape; weights of the corners on a mesh.
+    #[inline]
+    pub(super) fn uv(&self, hit: &Hit, point: DVec3) -> [f64; 2] {
+        match hit.id {
+            Id::Quad(i) => self.quads[i as usize].0.uv(point),
+            Id::Sphere(i) => self.spheres.get(i as usize).uv(point),
+            Id::Disc(_) | Id::Triangle { .. } => hit.weights,
         }
     }
 
-    /// Number of lights.
+    /// The point in metres from the corner of a quad along its sides, or as it is. Never exactly on a plane of the solid
+    /// checker by being on the surface of a flat shape.
     #[inline]
-    pub(super) fn light_count(&self) -> usize {
-        self.lights.len()
-    }
-
-    /// Draws a light, then a direction towards it; `None` if there is no light or it shows its back.
-    #[inline]
-    pub(super) fn sample_any_light(&self, from: DVec3, mut u: [f64; 2]) -> Option<LightSample> {
-        let last = self.lights.len().checked_sub(1)?;
-        let index = self.lights.iter().position(|l| u[0] < l.cumulative).unwrap_or(last);
-        let light = &self.lights[index];
-        let start = light.cumulative - light.probability;
-        u[0] = ((u[0] - start) / light.probability).clamp(0.0, 1.0);
-        let sample = self.sample_light(index, from, u)?;
-        Some(LightSample { pdf: light.probability * sample.pdf, ..sample })
-    }
-
-    /// Draws a direction towards the light, in proportion to its paint where that is possible.
-    #[inline]
-    pub(super) fn sample_light(&self, light: usize, from: DVec3, u: [f64; 2]) -> Option<LightSample> {
-        let light = &self.lights[light];
-        let (toward, radiance, density) = match light.id {
+    pub(super) fn place_in(&self, hit: &Hit, point: DVec3) -> DVec3 {
+        match hit.id {
             Id::Quad(i) => {
-                let dab = light.radiance.draw(u);
-                (self.quads[i].sample_direction(from, dab.uv)?, dab.colour, dab.density)
+                let quad = &self.quads[i as usize].0;
+                let away = point - quad.corner;
+                DVec3::new(away.dot(quad.tangent), away.dot(quad.normal.cross(quad.tangent)), 0.0)
             }
-            Id::Sphere(i) => {
-                let toward = self.spheres[i].sample_direction(from, u)?;
-                let uv = || self.spheres[i].uv(from + toward.distance * toward.direction);
-                (toward, light.radiance.colour(uv), 1.0)
+            Id::Disc(i) => {
+                let disc = &self.discs[i as usize].0;
+                let away = point - disc.centre;
+                DVec3::new(away.dot(disc.tangent), away.dot(disc.normal.cross(disc.tangent)), 0.0)
             }
-        };
-        let pdf = toward.pdf * density;
-        (pdf > 0.0).then_some(LightSample {
-            direction: toward.direction,
-            distance: toward.distance,
-            pdf,
-            radiance,
-            id: light.id,
-        })
+            _ => point,
+        }
     }
 
-    /// Chance of a light in [`Self::sample_any_light`].
+    /// Radiance that the light sends back along `ray`, 0 from behind, and the density of its own draws for the direction.
     #[inline]
-    pub(super) fn light_probability(&self, light: usize) -> f64 {
-        self.lights[light].probability
+    pub(super) fn meet_light(&self, light: usize, ray: &Ray, hit: &Hit) -> Met {
+        self.lights.meet(light, ray, hit)
+    }
+
+    /// Names of closed shapes that hold a point.
+    pub(super) fn around(&self, point: DVec3) -> Vec<String> {
+        let sphere = |(k, s): (usize, &super::shape::Sphere)| {
+            ((point - s.centre).length() < s.radius).then(|| format!("sphere {}", k + 1))
+        };
+        let mut names: Vec<String> = self.spheres.iter().enumerate().filter_map(sphere).collect();
+        names.extend(
+            self.meshes.iter().enumerate().filter(|(_, m)| m.0.holds(point)).map(|(k, _)| format!("mesh {}", k + 1)),
+        );
+        names
+    }
+}
+
+#[inline(always)]
+fn sphere_of(id: Option<Id>) -> Option<usize> {
+    match id {
+        Some(Id::Sphere(i)) => Some(i as usize),
+        _ => None,
+    }
+}
+
+#[inline(always)]
+fn triangle_of(id: Option<Id>, of: usize) -> Option<u32> {
+    match id {
+        Some(Id::Triangle { mesh, triangle }) if mesh as usize == of => Some(triangle),
+        _ => None,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::paint::Pattern;
-
-    struct Black;
-
-    impl Brdf for Black {
-        fn eval(&self, _: DVec3, _: DVec3) -> f64 {
-            0.0
-        }
-        fn sample(&self, _: DVec3, _: [f64; 2]) -> Option<crate::optics::brdf::BrdfSample> {
-            None
-        }
-        fn pdf(&self, _: DVec3, _: DVec3) -> f64 {
-            0.0
-        }
-        fn albedo(&self, _: f64) -> f64 {
-            0.0
-        }
-    }
+    use crate::model::Lambert;
+    use crate::render::material::Material;
+    use crate::render::shape::Sphere;
 
     fn square(z: f64) -> Quad {
         Quad::new(DVec3::new(-1.0, -1.0, z), 2.0 * DVec3::X, 2.0 * DVec3::Y).unwrap()
@@ -297,45 +295,31 @@ mod tests {
     #[test]
     fn the_nearest_shape_wins_and_the_one_left_is_skipped() {
         let mut scene = Scene::new(DVec3::ZERO).unwrap();
-        let material = Material { brdf: &Black, tint: Paint::plain(DVec3::ONE).unwrap() };
+        let matt = Lambert { rho: 0.5 };
+        let material = Material { brdf: &matt, tint: Paint::plain(DVec3::ONE).unwrap() };
         scene.add(square(0.0), material);
         scene.add(square(1.0), material);
         scene.add(Sphere::new(3.0 * DVec3::Z, 1.0).unwrap(), material);
+        scene.add(Disc::new(1.5 * DVec3::Z, DVec3::Z, 0.5, 0.1).unwrap(), material);
+        let vertices = vec![DVec3::new(-1.0, -1.0, 0.5), DVec3::new(1.0, -1.0, 0.5), DVec3::new(0.0, 1.0, 0.5)];
+        scene.add(Mesh::new(vertices, None, vec![[0, 1, 2]]).unwrap(), material);
         let up = Ray { origin: DVec3::ZERO, direction: DVec3::Z };
-        assert_eq!(scene.closest(&up, None).unwrap().id, Id::Quad(1));
+        let triangle = Id::Triangle { mesh: 0, triangle: 0 };
+        let mut order = vec![];
+        let mut ray = Ray { origin: DVec3::new(0.2, 0.0, 0.0), ..up };
+        let mut leaving = Some(Id::Quad(0));
+        while let Some(hit) = scene.closest(&ray, leaving) {
+            order.push(hit.id);
+            (ray.origin, leaving) = (ray.at(hit.t), Some(hit.id));
+        }
+        assert_eq!(order, [triangle, Id::Quad(1), Id::Disc(0), Id::Sphere(0), Id::Sphere(0)]);
         let on = Ray { origin: DVec3::Z, direction: DVec3::Z };
+        // Through the hole of the ring.
         let hit = scene.closest(&on, Some(Id::Quad(1))).unwrap();
         assert_eq!((hit.id, hit.t), (Id::Sphere(0), 1.0));
-        assert!(scene.is_blocked(&up, 4.0, Id::Quad(0), Id::Sphere(0)));
-        assert!(!scene.is_blocked(&on, 4.0, Id::Quad(1), Id::Sphere(0)));
-        assert!(scene.sample_any_light(DVec3::ZERO, [0.5; 2]).is_none());
-    }
-
-    /// Integral of the density over all draws is 1: the mean of q / p is 1 for any other density q on the lights.
-    #[test]
-    fn the_density_of_a_draw_is_the_one_reported_for_its_direction() {
-        let mut scene = Scene::new(DVec3::ZERO).unwrap();
-        let checker = Pattern::Checker { columns: 2, rows: 2 };
-        let down = Quad::new(DVec3::new(-1.0, -1.0, 2.0), 2.0 * DVec3::Y, 2.0 * DVec3::X).unwrap();
-        scene.add_emitter(down, Paint::new(checker, DVec3::ONE, DVec3::ZERO).unwrap()).unwrap();
-        let ball = Sphere::new(DVec3::new(3.0, 0.0, 1.0), 0.5).unwrap();
-        scene.add_emitter(ball, Paint::plain(5.0 * DVec3::ONE).unwrap()).unwrap();
-        let mut seen = [0, 0];
-        for k in 0..1000 {
-            let u = [(f64::from(k) + 0.5) / 1000.0, (f64::from(k) * 0.618) % 1.0];
-            let sample = scene.sample_any_light(DVec3::ZERO, u).unwrap();
-            let light = match sample.id {
-                Id::Quad(_) => 0,
-                Id::Sphere(_) => 1,
-            };
-            seen[light] += 1;
-            let ray = Ray { origin: DVec3::ZERO, direction: sample.direction };
-            let pdf = scene.light_probability(light) * scene.meet_light(light, &ray, sample.distance).1;
-            assert!((pdf / sample.pdf - 1.0).abs() < 1e-12);
-        }
-        // Intensities 4 m2 * 0.5 and pi 0.25 m2 * 5; half of the draws go evenly.
-        let expected = 250.0 + 500.0 * 2.0 / (2.0 + 1.25 * std::f64::consts::PI);
-        assert!((f64::from(seen[0]) - expected).abs() <= 1.0, "{seen:?}");
-        assert!(scene.add_emitter(square(1.0), Paint::plain(DVec3::ZERO).unwrap()).is_err());
+        assert!(scene.is_blocked(&up, 4.0, Id::Quad(0), Some(Id::Sphere(0))));
+        assert!(!scene.is_blocked(&on, 4.0, Id::Quad(1), Some(Id::Sphere(0))));
+        assert!(!scene.is_blocked(&up, 0.9, Id::Quad(0), Some(triangle)));
+        assert_eq!(scene.around(DVec3::new(0.0, 0.0, 3.5)), ["sphere 1"]);
     }
 }

@@ -1,7 +1,10 @@
 //! Quads and spheres: where a ray meets them.
 
+use super::disc::Disc;
+use super::mesh::Mesh;
 use crate::error::{Error, Result};
 use crate::math::frame::DVec3;
+use std::sync::Arc;
 
 /// `origin + t direction`, `t > 0`, lengths in metres, `direction` of unit length.
 #[derive(Debug, Clone, Copy)]
@@ -160,10 +163,24 @@ impl Sphere {
 }
 
 /// What a scene is built of.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone)]
 pub enum Shape {
     Quad(Quad),
     Sphere(Sphere),
+    Disc(Disc),
+    Mesh(Arc<Mesh>),
+}
+
+impl From<Disc> for Shape {
+    fn from(disc: Disc) -> Self {
+        Shape::Disc(disc)
+    }
+}
+
+impl From<Mesh> for Shape {
+    fn from(mesh: Mesh) -> Self {
+        Shape::Mesh(Arc::new(mesh))
+    }
 }
 
 impl From<Quad> for Shape {

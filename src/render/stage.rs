@@ -12,8 +12,9 @@
 //! so a picture that shows the mirror image well must over-expose what it mirrors.
 
 use super::camera::Camera;
+use super::material::Material;
 use super::paint::{Paint, Pattern};
-use super::scene::{Material, Scene};
+use super::scene::Scene;
 use super::shape::{Quad, Sphere};
 use crate::error::Result;
 use crate::math::frame::DVec3;

@@ -3,7 +3,7 @@
 use crate::materials::{Beckmann, Lambert, Mirror};
 use asperity::math::frame::{DVec3, direction};
 use asperity::optics::brdf::Brdf;
-use asperity::render::{Camera, Film, Material, Paint, Pattern, Quad, RenderOptions, Scene, Sphere, Strategy, render};
+use asperity::render::{Camera, Estimator, Film, Material, Paint, Pattern, Quad, RenderOptions, Scene, Sphere, render};
 
 pub fn grey(x: f64) -> Paint {
     Paint::plain(DVec3::splat(x)).unwrap()
@@ -108,8 +108,8 @@ fn a_mirror_shows_the_radiance_of_the_lamp() {
     let theta = 50f64.to_radians();
     let ball = Sphere::new(direction(theta, 0.3 + std::f64::consts::PI), 0.2).unwrap();
     scene.add_emitter(ball, Paint::plain(DVec3::new(5.0, 6.0, 7.0)).unwrap()).unwrap();
-    for strategy in [Strategy::Brdf, Strategy::Light, Strategy::Both] {
-        let seen = shoot(&scene, &close_up(theta), &RenderOptions { strategy, ..options(4, 16) });
+    for estimator in [Estimator::Brdf, Estimator::Lights, Estimator::Mis] {
+        let seen = shoot(&scene, &close_up(theta), &RenderOptions { estimator, ..options(4, 16) });
         assert!(seen.pixels().iter().all(|p| p.radiance == [5.0, 6.0, 7.0]));
         let missed = shoot(&scene, &close_up(theta + 0.4), &options(4, 16));
         assert!(missed.pixels().iter().all(|p| p.radiance == [0.1, 0.2, 0.3]));
@@ -136,11 +136,11 @@ fn all_strategies_have_the_same_mean() {
     scene.add_emitter(panel_front, checker).unwrap();
     scene.add_emitter(Sphere::new(DVec3::new(0.0, 0.5, 1.5), 0.3).unwrap(), grey(20.0)).unwrap();
     let camera = Camera::perspective(DVec3::new(-1.8, 0.0, 0.9), DVec3::ZERO, DVec3::Z, 0.7, 1.0).unwrap();
-    let estimates: Vec<(f64, f64)> = [Strategy::Brdf, Strategy::Light, Strategy::Both]
+    let estimates: Vec<(f64, f64)> = [Estimator::Brdf, Estimator::Lights, Estimator::Mis]
         .into_iter()
         .enumerate()
-        .map(|(i, strategy)| {
-            let options = RenderOptions { strategy, seed: 10 + i as u64, ..options(24, 1024) };
+        .map(|(i, estimator)| {
+            let options = RenderOptions { estimator, seed: 10 + i as u64, ..options(24, 1024) };
             mean(&shoot(&scene, &camera, &options))
         })
         .collect();

@@ -10,15 +10,20 @@ use crate::render::caption::Lettering;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Rings about the mirror direction and points on each.
-const RINGS: usize = 30;
-const AROUND: usize = 40;
+/// Rings about the mirror direction, half of them by equal ratios and half by equal steps, and points on each.
+const RINGS: usize = 44;
+const AROUND: usize = 56;
 /// First ring as a share of the way to the horizon.
 const INNERMOST: f64 = 1.5e-3;
 /// View: azimuth from the plane of incidence and height above the horizon.
 const VIEW: (f64, f64) = (2.05, 0.42);
 /// Light, in the frame of the view.
 const LIGHT: DVec3 = DVec3::new(-0.35, 0.65, 0.67);
+
+/// Room for the label, and of a lobe above and below its foot in units of its scale.
+const TITLE: f64 = 40.0;
+const ABOVE: f64 = 1.0;
+const BELOW: f64 = 0.45;
 
 /// Axes of the picture in the frame of the surface: to the right, upwards, towards the eye.
 struct View {
@@ -35,8 +40,10 @@ impl View {
         let right = DVec3::Z.cross(eye).normalize();
         let up = eye.cross(right);
         let (w, h) = (area.width as f64, area.height as f64);
-        let scale = (0.44 * w).min(0.62 * (h - 40.0));
-        let foot = (area.x as f64 + 0.5 * w, area.y as f64 + 30.0 + 0.72 * (h - 40.0));
+        let scale = (0.44 * w).min((h - TITLE) / (ABOVE + BELOW));
+        // In the middle of the height that is there.
+        let top = area.y as f64 + 0.5 * (h - TITLE - (ABOVE + BELOW) * scale);
+        let foot = (area.x as f64 + 0.5 * w, top + TITLE + ABOVE * scale);
         View { right, up, eye, foot, scale }
     }
 
@@ -46,13 +53,13 @@ impl View {
 }
 
 /// Draws the lobe with its horizon, normal, source and mirror direction.
-pub fn draw(drawing: &mut Drawing, area: Area, lobe: &Lobe, radius: &Radius, ink: Colour) {
+pub fn draw(drawing: &mut Drawing, area: Area, lobe: &Lobe, radius: &Radius, limit: f64, ink: Colour) {
     // The mirror direction comes towards the reader's right.
     let view = View::new(area, lobe.phi_i);
     let wi = direction(lobe.theta_i, lobe.phi_i);
     let mirror = DVec3::new(-wi.x, -wi.y, wi.z);
     let label = fitting(&lobe.label, area.width);
-    let title = (area.x as f64 + 0.5 * area.width as f64, area.y as f64 + 14.0);
+    let title = (view.foot.0, view.foot.1 - ABOVE * view.scale - TITLE + 14.0);
     drawing.text(&label, title, Align::Middle, Lettering::Small, ink);
     let horizon: Vec<DVec3> = (0..=72).map(|k| direction(FRAC_PI_2, TAU * f64::from(k) / 72.0)).collect();
     drawing.polygon(horizon.iter().map(|&v| view.place(v)).collect(), [246, 246, 246]);
@@ -75,7 +82,8 @@ pub fn draw(drawing: &mut Drawing, area: Area, lobe: &Lobe, radius: &Radius, ink
     if behind {
         source(drawing);
     }
-    surface(drawing, &view, lobe, wi, mirror, radius, ink);
+    let skin = Skin { lobe, wi, mirror, limit };
+    skin.draw(drawing, &view, radius, ink);
     if !behind {
         source(drawing);
     }
@@ -84,44 +92,64 @@ pub fn draw(drawing: &mut Drawing, area: Area, lobe: &Lobe, radius: &Radius, ink
     }
 }
 
-/// The lobe's skin, far patches first.
-fn surface(drawing: &mut Drawing, view: &View, lobe: &Lobe, wi: DVec3, mirror: DVec3, radius: &Radius, ink: Colour) {
-    let (t, b) = tangents(mirror);
-    // Rings crowd towards the mirror direction; on every meridian the last lies on the horizon.
-    let share = |k: usize| if k == 0 { 0.0 } else { INNERMOST.powf(1.0 - k as f64 / RINGS as f64) };
-    let vertex = |ring: usize, k: usize| {
-        let chi = TAU * k as f64 / AROUND as f64;
-        let side = chi.cos() * t + chi.sin() * b;
-        // cos a m.z + sin a side.z = 0 at the horizon.
-        let last = FRAC_PI_2 + (side.z / mirror.z.max(1e-9)).atan();
-        let a = last * share(ring).min(1.0 - 1e-6);
-        let wo = (a.cos() * mirror + a.sin() * side).normalize();
-        radius.share(lobe.brdf.eval(wi, wo)) * wo
-    };
-    let grid: Vec<Vec<DVec3>> = (0..=RINGS).map(|r| (0..AROUND).map(|k| vertex(r, k)).collect()).collect();
-    let mut patches = Vec::new();
-    for r in 0..RINGS {
-        for k in 0..AROUND {
-            let next = (k + 1) % AROUND;
-            let corners = [grid[r][k], grid[r + 1][k], grid[r + 1][next], grid[r][next]];
-            let middle = corners.iter().sum::<DVec3>() / 4.0;
-            let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalize_or_zero();
-            if normal == DVec3::ZERO {
-                continue;
-            }
-            // Both sides of the skin are lit alike.
-            let facing = if normal.dot(view.eye) < 0.0 { -normal } else { normal };
-            let lit = DVec3::new(facing.dot(view.right), facing.dot(view.up), facing.dot(view.eye)).dot(LIGHT);
-            patches.push((middle.dot(view.eye), corners, lit.max(0.0)));
-        }
+/// What a lobe looks like from outside.
+struct Skin<'a> {
+    lobe: &'a Lobe<'a>,
+    wi: DVec3,
+    mirror: DVec3,
+    /// Polar angle of its edge.
+    limit: f64,
+}
+
+impl Skin<'_> {
+    /// Points by ring and azimuth about the mirror direction, each at its radius; on every meridian the last lies at the
+    /// limit.
+    fn grid(&self, radius: &Radius) -> Vec<Vec<DVec3>> {
+        let (t, b) = tangents(self.mirror);
+        let vertex = |share: f64, k: usize| {
+            let chi = TAU * k as f64 / AROUND as f64;
+            let side = chi.cos() * t + chi.sin() * b;
+            // cos a m.z + sin a side.z = cos limit.
+            let (whole, phase) = (self.mirror.z.hypot(side.z), side.z.atan2(self.mirror.z));
+            let a = share * (phase + (self.limit.cos() / whole).min(1.0).acos()).max(0.0);
+            let wo = (a.cos() * self.mirror + a.sin() * side).normalize();
+            radius.share(self.lobe.brdf.eval(self.wi, wo)) * wo
+        };
+        let half = RINGS / 2;
+        let even = (1..=half).map(|k| k as f64 / half as f64);
+        let narrow = (0..half).map(|k| INNERMOST.powf(1.0 - k as f64 / half as f64));
+        let mut shares: Vec<f64> = even.chain(narrow).chain([0.0]).collect();
+        shares.sort_by(f64::total_cmp);
+        shares.into_iter().map(|share| (0..AROUND).map(|k| vertex(share, k)).collect()).collect()
     }
-    patches.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (_, corners, lit) in patches {
-        let points: Vec<Point> = corners.iter().map(|&v| view.place(v)).collect();
-        // A patch is drawn with its outline, so that no paper shows between neighbours.
-        let colour = shade(ink, 0.42 + 0.58 * lit);
-        drawing.line(points.iter().copied().chain([points[0]]).collect(), shade(ink, 0.36 + 0.54 * lit), 0.7);
-        drawing.polygon(points, colour);
+
+    /// Far patches first.
+    fn draw(&self, drawing: &mut Drawing, view: &View, radius: &Radius, ink: Colour) {
+        let grid = self.grid(radius);
+        let mut patches = Vec::new();
+        for rings in grid.windows(2) {
+            for k in 0..AROUND {
+                let next = (k + 1) % AROUND;
+                let corners = [rings[0][k], rings[1][k], rings[1][next], rings[0][next]];
+                let middle = corners.iter().sum::<DVec3>() / 4.0;
+                let normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalize_or_zero();
+                if normal == DVec3::ZERO {
+                    continue;
+                }
+                // Both sides of the skin are lit alike.
+                let facing = if normal.dot(view.eye) < 0.0 { -normal } else { normal };
+                let lit = DVec3::new(facing.dot(view.right), facing.dot(view.up), facing.dot(view.eye)).dot(LIGHT);
+                patches.push((middle.dot(view.eye), corners, lit.max(0.0)));
+            }
+        }
+        patches.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, corners, lit) in patches {
+            let points: Vec<Point> = corners.iter().map(|&v| view.place(v)).collect();
+            // A patch is drawn with its outline, so that no paper shows between neighbours.
+            let colour = shade(ink, 0.42 + 0.58 * lit);
+            drawing.line(points.iter().copied().chain([points[0]]).collect(), shade(ink, 0.39 + 0.56 * lit), 0.7);
+            drawing.polygon(points, colour);
+        }
     }
 }
 

@@ -6,11 +6,13 @@
 //! 4. sigma and bias of the facet law from `Xi = 4 f_zb cos^2 theta_h / R(0)`, or the scan itself as the law.
 //! 5. tau and Omega from `f_s / (f_s without SO)` of the fixed-bistatic scans.
 //! 6. All parameters together by the errors of all values; standard errors from the covariance.
+//!
+//! Other wavelengths follow by [`super::spectrum`].
 
 use super::material::{Material, bistatic_directions};
 use super::scans::{Polarisation, Scans};
 use crate::error::{Error, Result};
-use crate::fit::brdf::{FittedParameter, standard_errors};
+use crate::fit::brdf::{FittedParameter, uncertainty};
 use crate::fit::family::Free;
 use crate::fit::levenberg::{LeastSquares, Minimum};
 use crate::fit::search::{Search, multi_start};
@@ -68,6 +70,9 @@ pub struct Characterised {
     pub definition: Definition,
     /// With standard errors, SI.
     pub parameters: Vec<FittedParameter>,
+    /// Of the parameters, in their order; 0 where one has no error.
+    pub covariance: Vec<Vec<f64>>,
+    pub(super) material: Material,
     pub steps: Vec<Step>,
     pub chi2: f64,
     pub dof: usize,
@@ -278,24 +283,18 @@ impl Protocol<'_> {
             warnings.push(Warning::PoorFit { chi2_per_dof: spread });
         }
         let variance = if self.scans.has_errors() { spread.max(1.0) } else { spread };
-        let errors = standard_errors(&free, &best, variance, &mut warnings);
+        let known = uncertainty(&free, &best, variance, &mut warnings);
         let found = material(&best.at);
-        let mut definition = Definition::parse(&match &found.normals {
-            FacetNormals::Cauchy { .. } => "nef-bm".to_owned(),
-            FacetNormals::Gaussian { .. } => "nef-bm:distribution=gaussian".to_owned(),
-            FacetNormals::Scan { scan, .. } => {
-                let item = |p: &(f64, f64)| format!("{:.4}:{:.6e}", p.0.to_degrees(), p.1);
-                let items: Vec<String> = scan.points().iter().map(item).collect();
-                format!("nef-bm:scan={}", items.join(";"))
-            }
-        })?;
-        let mut parameters = Vec::new();
-        for ((f, &u), standard_error) in free.iter().zip(&best.at).zip(errors) {
-            definition.set(&f.name, f.value(u))?;
-            parameters.push(FittedParameter { name: f.name.clone(), value: f.value(u), standard_error });
-        }
-        let residuals = self.rows(&found);
-        Ok(Characterised { definition, parameters, steps, chi2: best.cost, dof, residuals, warnings })
+        let definition = found.definition()?;
+        let named = |((f, &u), standard_error): ((&Free, &f64), Option<f64>)| FittedParameter {
+            name: f.name.clone(),
+            value: f.value(u),
+            standard_error,
+        };
+        let parameters = free.iter().zip(&best.at).zip(known.errors).map(named).collect();
+        let (covariance, residuals) = (known.covariance, self.rows(&found));
+        let (chi2, material) = (best.cost, found);
+        Ok(Characterised { definition, parameters, covariance, material, steps, chi2, dof, residuals, warnings })
     }
 
     fn material(&self, free: &[Free], u: &[f64], start: &Material) -> Material {
@@ -308,14 +307,11 @@ impl Protocol<'_> {
             (_, Some(sigma), Some(bias)) => law_of(self.law, sigma, bias),
             (other, ..) => other.clone(),
         };
-        let number = |name: &str| get(name).unwrap_or(0.0);
-        Material {
-            n,
-            k,
-            normals,
-            shadowing: Shadowing { tau: number("tau"), omega: number("omega") },
-            volume: Volume { lambertian: number("rho_D"), directional: number("rho_V") },
+        let mut material = Material { n, k, normals, ..start.clone() };
+        for name in ["tau", "omega", "rho_D", "rho_V"] {
+            material.set(name, get(name).unwrap_or(0.0));
         }
+        material
     }
 
     /// Every value beside what `material` would give. If the scan is the law, its co-polarised values say nothing new.

@@ -209,7 +209,7 @@ fn row(brdf: &dyn Brdf, error_of: Option<ErrorOf>, options: &Options, number: u6
     Row {
         theta_i_deg: theta.to_degrees(),
         phi_i_deg: phi.to_degrees(),
-        albedo: brdf.albedo(theta),
+        albedo: brdf.albedo_towards(wi),
         integral: masses.iter().map(|m| m[1]).sum::<f64>() + brdf.specular_core(wi),
         mean_weight: weights.estimate(),
         asymmetry: if energy > 0.0 { asymmetry / energy } else { 0.0 },

@@ -1,0 +1,147 @@
+//! Spectra to the three channels of a picture: a BRDF at seven wavelengths, weighed by the CIE 1931 observer.
+//!
+//! `f_r,RGB = M sum over wavelengths of xyz(lambda) f_r(lambda)` under D65, with `M` from XYZ to linear sRGB (IEC 61966-2-1);
+//! white is `(1, 1, 1)`. Between the seven wavelengths `f_r` is taken as linear, beyond the first and last as constant.
+
+use crate::error::Result;
+use crate::optics::Brdf;
+use crate::optics::colour::{Illuminant, nodes};
+use glam::{DMat3, DVec3};
+
+/// Wavelengths at which a spectral BRDF is asked \[m\]: from where the eye begins to see to where it ends.
+const WAVELENGTHS: [f64; 7] = [430e-9, 465e-9, 500e-9, 535e-9, 570e-9, 605e-9, 645e-9];
+
+/// One BRDF per wavelength with the share of each in red, green and blue.
+pub struct Spectral {
+    parts: Vec<(Box<dyn Brdf>, DVec3)>,
+}
+
+/// A direction drawn by [`Spectral::sample`].
+pub(super) struct ColourDraw {
+    pub wo: DVec3,
+    pub weight: DVec3,
+    pub pdf: f64,
+    pub specular: bool,
+}
+
+impl Spectral {
+    /// Builds the BRDF at every wavelength \[m\] by `build`.
+    ///
+    /// # Errors
+    /// Those of `build`.
+    pub fn new(build: &dyn Fn(f64) -> Result<Box<dyn Brdf>>) -> Result<Self> {
+        let parts = weights().into_iter().map(|(wavelength, rgb)| Ok((build(wavelength)?, rgb)));
+        Ok(Spectral { parts: parts.collect::<Result<_>>()? })
+    }
+
+    /// `f_r` per channel and the density of [`Self::sample`], the mean of those of the wavelengths.
+    #[inline]
+    pub(super) fn eval_and_pdf(&self, wi: DVec3, wo: DVec3) -> (DVec3, f64) {
+        let (mut colour, mut density) = (DVec3::ZERO, 0.0);
+        for (brdf, rgb) in &self.parts {
+            let (f_r, pdf) = brdf.eval_and_pdf(wi, wo);
+            colour += f_r * *rgb;
+            density += pdf;
+        }
+        (colour, density / self.parts.len() as f64)
+    }
+
+    /// Draws by one wavelength, counts for all.
+    #[inline]
+    pub(super) fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<ColourDraw> {
+        let scaled = u[0] * self.parts.len() as f64;
+        let chosen = (scaled as usize).min(self.parts.len() - 1);
+        let brdf = &self.parts[chosen].0;
+        let draw = brdf.sample(wi, [(scaled - chosen as f64).min(1.0 - f64::EPSILON), u[1]])?;
+        if draw.specular {
+            // Drawn with its own probability p, weight core / p: scaled to the core of all wavelengths, whose mean it is.
+            let weight = self.specular_core(wi) * (draw.weight / brdf.specular_core(wi));
+            return Some(ColourDraw { wo: draw.wo, weight, pdf: f64::INFINITY, specular: true });
+        }
+        let (f_r, pdf) = self.eval_and_pdf(wi, draw.wo);
+        (pdf > 0.0).then(|| ColourDraw { wo: draw.wo, weight: f_r * (draw.wo.z / pdf), pdf, specular: false })
+    }
+
+    /// Reflectance of the specular core per channel.
+    pub(super) fn specular_core(&self, wi: DVec3) -> DVec3 {
+        self.parts.iter().map(|(brdf, rgb)| brdf.specular_core(wi) * *rgb).sum()
+    }
+
+    /// Directional-hemispherical reflectance per channel.
+    pub(super) fn albedo(&self, theta_i: f64) -> DVec3 {
+        self.parts.iter().map(|(brdf, rgb)| brdf.albedo(theta_i) * *rgb).sum()
+    }
+}
+
+/// Share of a reflectance at each wavelength in linear sRGB.
+fn weights() -> Vec<(f64, DVec3)> {
+    let matrix = DMat3::from_cols(
+        DVec3::new(3.240_454_2, -0.969_266_0, 0.055_643_4),
+        DVec3::new(-1.537_138_5, 1.876_010_8, -0.204_025_9),
+        DVec3::new(-0.498_531_4, 0.041_556_0, 1.057_225_2),
+    );
+    let last = WAVELENGTHS.len() - 1;
+    let mut sums = [DVec3::ZERO; WAVELENGTHS.len()];
+    for node in nodes(Illuminant::D65) {
+        let rgb = matrix * DVec3::from(node.xyz);
+        let after = WAVELENGTHS.partition_point(|&w| w < node.wavelength).clamp(1, last);
+        let (low, high) = (WAVELENGTHS[after - 1], WAVELENGTHS[after]);
+        let t = ((node.wavelength - low) / (high - low)).clamp(0.0, 1.0);
+        sums[after - 1] += (1.0 - t) * rgb;
+        sums[after] += t * rgb;
+    }
+    // Exactly white, whatever the rounding of the matrix and the step of the table.
+    let white: DVec3 = sums.iter().sum();
+    WAVELENGTHS.into_iter().zip(sums).map(|(w, rgb)| (w, rgb / white)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::direction;
+    use crate::model;
+
+    /// Colour of a mirror of metal by all wavelengths of the observer's table.
+    fn all_wavelengths(material: &str) -> DVec3 {
+        let white = crate::optics::colour::white(Illuminant::D65);
+        let mut xyz = DVec3::ZERO;
+        for node in nodes(Illuminant::D65) {
+            let brdf = model::parse(&format!("conductor:material={material}"), node.wavelength).unwrap();
+            xyz += brdf.albedo(0.0) * DVec3::from(node.xyz);
+        }
+        // Primaries and white of IEC 61966-2-1: the matrix from chromaticities, not from the constants above.
+        let column = |x: f64, y: f64| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
+        let primaries = DMat3::from_cols(column(0.64, 0.33), column(0.30, 0.60), column(0.15, 0.06));
+        let scale = primaries.inverse() * DVec3::from(white);
+        (primaries.inverse() * xyz) / scale
+    }
+
+    #[test]
+    fn metals_have_the_colour_of_the_whole_spectrum() {
+        for material in ["au", "cu", "al", "fe"] {
+            let build = |w: f64| model::parse(&format!("conductor:material={material}"), w);
+            let seven = Spectral::new(&build).unwrap().albedo(0.0);
+            let all = all_wavelengths(material);
+            assert!((seven - all).abs().max_element() < 0.012, "{material}: {seven} against {all}");
+        }
+    }
+
+    #[test]
+    fn a_grey_reflectance_stays_grey_and_draws_integrate_to_the_albedo() {
+        let grey = Spectral::new(&|w| model::parse("lambert:rho=0.4", w)).unwrap();
+        assert!((grey.albedo(0.3) - DVec3::splat(0.4)).abs().max_element() < 1e-12);
+        let copper = Spectral::new(&|w| model::parse("ggx:alpha=0.3,material=cu", w)).unwrap();
+        let smooth = Spectral::new(&|w| model::parse("conductor:material=cu", w)).unwrap();
+        let wi = direction(0.6, 0.2);
+        for brdf in [&copper, &smooth] {
+            let n = 1 << 14;
+            let mut sum = DVec3::ZERO;
+            for k in 0..n {
+                let u = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3].map(|a| (0.5 + a * f64::from(k)).fract());
+                sum += brdf.sample(wi, u).map_or(DVec3::ZERO, |d| d.weight);
+            }
+            let (mean, albedo) = (sum / f64::from(n), brdf.albedo(0.6));
+            assert!((mean - albedo).abs().max_element() < 5e-3, "{mean} against {albedo}");
+        }
+    }
+}
