@@ -10,6 +10,7 @@ pub mod gloss;
 mod grid;
 pub mod hemisphere;
 pub mod instrument;
+mod marched;
 pub mod measure;
 pub mod multi_angle;
 mod overlap;

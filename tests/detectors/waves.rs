@@ -75,7 +75,7 @@ fn gaussian_maps_fill_detectors_as_the_series_says() {
         (20e-9, 3e-6, 20.0f64, Edges::Periodic),
         (70e-9, 4e-6, 45.0, Edges::Open),
         (70e-9, 4e-6, 60.0, Edges::Periodic),
-        (150e-9, 5e-6, 30.0, Edges::Open),
+        (150e-9, 3e-6, 30.0, Edges::Open),
     ] {
         let wi = direction(theta_i.to_radians(), 0.0);
         let counts: Vec<Counts> = (0..6)

@@ -127,13 +127,8 @@ impl<'a> WaveField<'a> {
             .collect();
         let least = bin / axes[0];
         let total: f64 = nearest.iter().map(|b| b.1).sum();
-        nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        let mut below = 0.0;
-        let tenth = nearest.iter().find(|(_, energy)| {
-            below += energy;
-            below > 0.1 * total
-        });
-        tenth.map_or(1.0, |(radius, _)| radius / 0.459).max(least)
+        let tenth = radius_holding(&mut nearest, 0.1 * total);
+        tenth.map_or(1.0, |radius| radius / 0.459).max(least)
     }
 
     /// `T` over the cells for every `v_z` that an incident angle with cosine from `lowest` to `highest` meets.
@@ -176,6 +171,23 @@ impl<'a> WaveField<'a> {
         }
         density
     }
+}
+
+/// Radius of the bin with which the energy of all nearer ones exceeds `wanted`: by halving the list, never sorting it whole.
+fn radius_holding(mut bins: &mut [(f64, f64)], mut wanted: f64) -> Option<f64> {
+    while bins.len() > 1 {
+        let middle = bins.len() / 2;
+        bins.select_nth_unstable_by(middle, |a, b| a.0.total_cmp(&b.0));
+        let nearer: f64 = bins[..middle].iter().map(|b| b.1).sum();
+        let (near, far) = bins.split_at_mut(middle);
+        if nearer > wanted {
+            bins = near;
+        } else {
+            wanted -= nearer;
+            bins = far;
+        }
+    }
+    bins.first().filter(|b| b.1 > wanted).map(|b| b.0)
 }
 
 /// Mean of equally large spectra with their parts of the whole.
