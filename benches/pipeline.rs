@@ -6,16 +6,15 @@
 use asperity::facets::{HeightField, SlopeStatistics};
 use asperity::heightmap::{Edges, HeightMap, level, synth};
 use asperity::math::direction;
-use asperity::math::random::CounterRng;
+use asperity::math::random::{CounterRng, LANES};
 use asperity::meter::{self, Geometry, gloss};
 use asperity::optics::Material;
 use asperity::render::{Tile, TilesOptions, render_tiles};
 use asperity::sample::TableBrdf;
 use asperity::scatter::Selection;
-use asperity::scatter::beam::Beam;
 use asperity::scatter::bounce::Walk;
 use asperity::scatter::facet_sum::{Azimuth, facet_sum};
-use asperity::scatter::rays::trace_rays;
+use asperity::scatter::rays::{Light, Shower, trace_rays};
 use asperity::scatter::slope_histogram::SlopeDensity;
 use asperity::scatter::{self, HalfVectorCells};
 use asperity::table::{Provenance, Table};
@@ -88,16 +87,23 @@ fn scattering(c: &mut Criterion) {
         });
     }
     g.finish();
-    let rays = 1 << 18;
     let mut g = group(c, "4 naive rays in random order, per ray", rays);
     for degrees in [20, 45, 60, 75] {
-        let beam = Beam::new(&field, direction(f64::from(degrees).to_radians(), 0.0), None);
-        g.bench_with_input(BenchmarkId::from_parameter(format!("{degrees} deg")), &beam, |b, beam| {
-            let ray = |item: u64| {
-                let [x, y, ..] = CounterRng::four(1, 0, item);
-                beam.strike([x, y]).map_or(0.0, |arrival| walk.follow(arrival).absorbed)
-            };
-            b.iter(|| (0..rays).map(ray).sum::<f64>());
+        let theta_i = f64::from(degrees).to_radians();
+        let light = [Light::new(&walk, theta_i, (0.0, 0.0), &Selection::default())];
+        g.bench_with_input(BenchmarkId::from_parameter(format!("{degrees} deg")), &light, |b, light| {
+            b.iter(|| {
+                let mut shower = Shower::new(&walk, &cells);
+                let mut aims = Vec::with_capacity(512);
+                for from in (0..rays).step_by(512) {
+                    aims.clear();
+                    for some in (from..from + 512).step_by(LANES) {
+                        aims.extend(CounterRng::fours(1, 0, some).map(|[x, y, ..]| [x, y]));
+                    }
+                    shower.fall(light, &aims);
+                }
+                shower.sums()
+            });
         });
     }
     g.finish();

@@ -1,10 +1,11 @@
 //! The pyramid march against an exhaustive test of every triangle, and against closed forms.
 
-use asperity::facets::visibility::{Fate, HeightField, Ray};
-use asperity::heightmap::{Edges, HeightMap};
-use asperity::math::{direction, random::CounterRng};
+use asperity::facets::visibility::{Fate, HeightField, Hit, Ray};
+use asperity::facets::{Packet, slopes};
+use asperity::heightmap::{Edges, HeightMap, synth};
+use asperity::math::{direction, frame, random::CounterRng};
 use glam::DVec3;
-use ndarray::Array2;
+use ndarray::{Array2, s};
 
 fn rough(width: usize, height: usize, edges: Edges, gaps: bool) -> HeightMap {
     let mut rng = CounterRng::new(11, 0, 0);
@@ -151,5 +152,141 @@ fn periodic_and_mirrored_edges_equal_explicit_tiling() {
             assert!((a.z - b.z).abs() < 1e-9);
         }
         assert!(crossed > 100);
+    }
+}
+
+/// Surfaces on which strides are long, short, forbidden, or along edges.
+fn surfaces() -> Vec<(&'static str, HeightMap)> {
+    let grid = synth::Grid { width: 150, height: 110, pitch: [1.0, 1.7] };
+    let smooth = synth::gaussian(grid, synth::Gaussian { sq: 2.0, acl: 12.0, seed: 4, exact: true }).unwrap();
+    let smooth = smooth.heights.mapv(|h| h as f32);
+    let whole = synth::Grid { width: 96, height: 64, pitch: [1.0, 1.7] };
+    let whole = synth::gaussian(whole, synth::Gaussian { sq: 2.5, acl: 12.0, seed: 5, exact: true }).unwrap();
+    let whole_blocks = whole.heights.mapv(|h| h as f32);
+    let map = |heights: Array2<f32>, edges| HeightMap {
+        heights,
+        pitch_x: 1.0,
+        pitch_y: 1.7,
+        edges,
+        removed_slopes: [0.0; 2],
+    };
+    let with = |change: &dyn Fn(usize, usize, f32) -> f32, edges| {
+        map(Array2::from_shape_fn((110, 150), |(r, c)| change(r, c, smooth[[r, c]])), edges)
+    };
+    vec![
+        ("smooth, open", with(&|_, _, h| h, Edges::Open)),
+        ("smooth, periodic", with(&|_, _, h| h, Edges::Periodic)),
+        ("smooth, periodic in whole blocks", map(whole_blocks.clone(), Edges::Periodic)),
+        ("smooth, periodic in few blocks", map(whole_blocks.slice(s![..16, ..24]).to_owned(), Edges::Periodic)),
+        ("smooth, mirrored", with(&|_, _, h| h, Edges::Mirrored)),
+        ("far from zero", with(&|_, _, h| 1e4 + h, Edges::Periodic)),
+        ("one spike", with(&|r, c, h| if (r, c) == (50, 70) { h + 100.0 } else { h }, Edges::Periodic)),
+        ("walls", with(&|r, c, _| if (r / 13 + c / 17) % 2 == 0 { 0.0 } else { 9.0 }, Edges::Periodic)),
+        ("steps", with(&|_, _, h| (h * 2.0).round() / 2.0, Edges::Periodic)),
+        ("gaps", with(&|r, c, h| if (r * 31 + c * 17) % 211 == 0 { f32::NAN } else { h }, Edges::Open)),
+        ("many gaps", rough(61, 47, Edges::Periodic, true)),
+        ("rough", rough(61, 47, Edges::Mirrored, false)),
+        ("flat", with(&|_, _, _| 0.25, Edges::Open)),
+        ("ramp", with(&|r, c, _| 0.1 * c as f32 - 0.3 * r as f32, Edges::Open)),
+        ("one cell", map(Array2::from_shape_fn((2, 2), |(r, c)| (r + 2 * c) as f32), Edges::Periodic)),
+        ("one row of cells", map(Array2::from_shape_fn((2, 90), |(r, c)| ((c + r) % 9) as f32), Edges::Mirrored)),
+    ]
+}
+
+/// A ray and the facet that it leaves.
+type Started = (Ray, Option<([usize; 2], bool)>);
+
+/// The beam that leaves the facet of a hit as a mirror sends it on.
+fn reflected(hit: &Hit, d: DVec3) -> Started {
+    let back = -d * DVec3::new(hit.flip[0], hit.flip[1], 1.0);
+    let direction = frame::reflect(back, frame::normal_of_slope(hit.slope.0, hit.slope.1));
+    (Ray { column: hit.column, row: hit.row, z: hit.z, direction }, Some((hit.cell, hit.upper)))
+}
+
+/// The same facet, met at the same place but for the rounding of places several tiles away.
+fn are_same(a: &Fate, b: &Fate) -> bool {
+    match (a, b) {
+        (Fate::Hit(a), Fate::Hit(b)) => {
+            let apart = [a.column - b.column, a.row - b.row, (a.z - b.z) / (1.0 + a.z.abs())];
+            apart.iter().all(|x| x.abs() < 1e-10)
+                && (a.cell, a.upper, a.slope, a.flip) == (b.cell, b.upper, b.slope, b.flip)
+        }
+        _ => a == b,
+    }
+}
+
+/// Packets against single rays: from above at all inclinations, on from where these hit, and from centroids of facets.
+#[test]
+fn packets_equal_single_rays() {
+    let mut packet = Packet::default();
+    for (name, map) in surfaces() {
+        let field = HeightField::new(&map);
+        let [_, top] = field.height_range();
+        let [nx, ny] = field.cells();
+        let mut rng = CounterRng::new(7, 0, 0);
+        let (mut hits, mut seconds, mut free) = (0, 0, 0);
+        let mut compare = |rays: &[Started]| -> Vec<Fate> {
+            rays.iter().for_each(|&(ray, own)| packet.push(&field, ray, own));
+            let fates = packet.trace(&field).to_vec();
+            for (fate, &(ray, own)) in fates.iter().zip(rays) {
+                let alone = field.trace(ray, own);
+                assert!(are_same(fate, &alone), "{name}: {ray:?} {own:?}: {fate:?} {alone:?}");
+            }
+            fates
+        };
+        let mut above = Vec::new();
+        for k in 0..6000 {
+            let theta = [0.0, 0.3, 1.0, 1.3, 1.5, 1.56][k % 6] * if k < 3000 { 1.0 } else { rng.uniform() };
+            // Along the axes and the diagonal as well.
+            let phi = if k % 5 == 0 {
+                (k / 5 % 8) as f64 * 0.25 * std::f64::consts::PI
+            } else {
+                std::f64::consts::TAU * rng.uniform()
+            };
+            let place = [rng.uniform() * nx as f64, rng.uniform() * ny as f64];
+            // Half of them aimed at a vertex.
+            let place = if k % 2 == 0 { place } else { place.map(f64::floor) };
+            above.push((Ray { column: place[0], row: place[1], z: top, direction: -direction(theta, phi) }, None));
+        }
+        let mut onward = Vec::new();
+        for (fate, (ray, _)) in compare(&above).iter().zip(&above) {
+            if let Fate::Hit(hit) = fate {
+                hits += 1;
+                onward.push(reflected(hit, ray.direction));
+            }
+        }
+        let mut again = Vec::new();
+        for (fate, (ray, _)) in compare(&onward).iter().zip(&onward) {
+            match fate {
+                Fate::Hit(hit) => {
+                    seconds += 1;
+                    again.push(reflected(hit, ray.direction));
+                }
+                _ => free += 1,
+            }
+        }
+        compare(&again);
+        let mut centroids = Vec::new();
+        for _ in 0..6000 {
+            let cell = [rng.uniform() * nx as f64, rng.uniform() * ny as f64].map(|x| x as usize);
+            let upper = rng.uniform() < 0.5;
+            let corners = field.corners(cell[0], cell[1]).map(f64::from);
+            let (p, q) = slopes::of_corners(corners, map.pitch_x, map.pitch_y)[usize::from(upper)];
+            let d = direction(1.56 * rng.uniform().sqrt(), std::f64::consts::TAU * rng.uniform());
+            if !(frame::normal_of_slope(p, q).dot(d) > 0.0) {
+                continue;
+            }
+            let third = corners[if upper { 1 } else { 2 }];
+            let (u, v) = if upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
+            let (column, row) = (cell[0] as f64 + u, cell[1] as f64 + v);
+            let z = (corners[0] + corners[3] + third) / 3.0;
+            centroids.push((Ray { column, row, z, direction: d }, Some((cell, upper))));
+        }
+        compare(&centroids);
+        println!("{name}: {hits} hits, {seconds} second hits, {free} free");
+        assert!(hits > 500, "{name}: {hits}");
+        if name.starts_with("smooth") && !name.contains("few") {
+            assert!(seconds > 50 && free > 2000, "{name}: {seconds} {free}");
+        }
     }
 }

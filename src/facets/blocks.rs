@@ -35,6 +35,15 @@ impl Climb {
         axis * f64::from(if x > y { self.x } else { self.y }) + diagonal * f64::from(self.sum)
     }
 
+    /// [`Climb::along`] in f32, widened against its rounding.
+    #[inline]
+    pub fn along_in_lanes(&self, x: f32, y: f32) -> f32 {
+        let (x, y) = (x.abs(), y.abs());
+        let (far, near, axis) = if x > y { (x, y, self.x) } else { (y, x, self.y) };
+        let bound = (far - near) * axis + near * self.sum;
+        bound + WIDER * bound.abs()
+    }
+
     /// Bound of the climb towards any direction of the quadrant.
     fn steepest(&self) -> f32 {
         let octant = |axis: f32| {
@@ -61,11 +70,10 @@ pub struct Outlook {
     pub farther: Climb,
     /// Highest vertices up to the far side of each ring \[m\].
     pub tops: [f32; RINGS],
-    /// Sine of the elevation above which a beam from anywhere in the block escapes.
-    pub sine: f32,
 }
 
 impl Outlook {
+    /// Sine of the elevation above which a beam from anywhere in the block escapes.
     fn clear_sine(&self, bottom: f32, highest: f32, side: f32) -> f32 {
         let mut climb = self.climb.steepest();
         for (ring, top) in self.tops.into_iter().enumerate() {
@@ -95,6 +103,12 @@ impl Block {
     pub fn climb(&self, quadrant: usize) -> Climb {
         let sum = [5, 6, 7, 4][quadrant];
         Climb { x: self.most[1 - (quadrant & 1)], y: self.most[3 - (quadrant >> 1)], sum: self.most[sum] }
+    }
+
+    /// Largest difference of neighbouring vertices along x or y \[m\]; infinite if a facet is missing.
+    pub fn largest_step(&self, pitch: [f64; 2]) -> f32 {
+        let [px, py] = pitch.map(|p| p as f32);
+        (self.most[0].max(self.most[1]) * px).max(self.most[2].max(self.most[3]) * py)
     }
 }
 
@@ -225,8 +239,7 @@ impl Blocks {
         let ragged = repeated && (nx % SIDE != 0 || ny % SIDE != 0);
         let small = ragged && nx.min(ny) < (SIDE << RINGS);
         let none = Climb { x: 0.0, y: 0.0, sum: 0.0 };
-        let mut outlooks =
-            vec![[Outlook { climb: none, farther: none, tops: [highest; RINGS], sine: 0.0 }; 4]; self.blocks.len()];
+        let mut outlooks = vec![[Outlook { climb: none, farther: none, tops: [highest; RINGS] }; 4]; self.blocks.len()];
         for quadrant in 0..4 {
             let step = [if quadrant & 1 == 1 { 1 } else { -1 }, if quadrant & 2 == 2 { -1 } else { 1 }];
             let mut climbs: Vec<Climb> = self.blocks.iter().map(|b| b.climb(quadrant)).collect();
@@ -254,11 +267,14 @@ impl Blocks {
                 outlooks.iter_mut().zip(&tops).for_each(|(o, &top)| o[quadrant].tops[ring] = top);
             }
         }
-        let side = SIDE as f32 * map.pitch_x.min(map.pitch_y) as f32;
-        for (outlooks, bottom) in outlooks.iter_mut().zip(&self.bottoms) {
-            outlooks.iter_mut().for_each(|o| o.sine = o.clear_sine(*bottom, highest, side));
-        }
         outlooks
+    }
+
+    /// Sines of the elevations above which beams from anywhere in a block escape, for each quadrant.
+    pub fn clear_sines(&self, outlooks: &[[Outlook; 4]], pitch: f64, highest: f32) -> Vec<[f32; 4]> {
+        let side = SIDE as f32 * pitch as f32;
+        let sines = |(o, bottom): (&[Outlook; 4], &f32)| o.each_ref().map(|o| o.clear_sine(*bottom, highest, side));
+        outlooks.iter().zip(&self.bottoms).map(sines).collect()
     }
 
     /// Each value replaced by the `max` of itself and its three neighbours `by` blocks along the quadrant's axes.

@@ -2,8 +2,10 @@
 
 use super::blocks::SHIFT;
 use super::slopes;
+use super::stride::Struck;
 use super::visibility::{Fate, HeightField, Hit, Ray, plane, quadrant};
 use crate::heightmap::Edges;
+use glam::DVec3;
 
 /// A ray that crosses this many tiles is as good as horizontal.
 const MAX_TILES: u32 = 256;
@@ -19,25 +21,73 @@ impl HeightField<'_> {
     /// came, is below it at the end: each border between triangles is judged once, so nothing slips through, and the
     /// own facet is left by its identity, not by a distance.
     #[inline]
-    pub fn trace(&self, ray: Ray, own: Option<([usize; 2], bool)>) -> Fate {
-        let d = ray.direction;
-        let mut end = f64::INFINITY;
-        if let Some((cell, _)) = own
-            && d.z > 0.0
-        {
-            let outlook = &self.outlooks(cell)[quadrant(d)];
-            let (flat, sine) = (d.x * d.x + d.y * d.y, f64::from(outlook.sine));
-            if d.z * d.z >= sine * sine * (flat + d.z * d.z) {
-                return Fate::Escaped([1.0, 1.0]);
-            }
-            match self.doubtful(outlook, ray.z, d) {
-                Some([_, to]) => end = to / flat.sqrt(),
-                None => return Fate::Escaped([1.0, 1.0]),
-            }
+    pub fn trace(&self, ray: Ray, own: Option<Own>) -> Fate {
+        match self.end_of_doubt(&ray, own) {
+            Some(end) => self.march(ray, own, end),
+            None => Fate::Escaped([1.0, 1.0]),
         }
+    }
+
+    /// How far along a ray something can be met; `None` if nothing can.
+    #[inline]
+    pub(super) fn end_of_doubt(&self, ray: &Ray, own: Option<Own>) -> Option<f64> {
+        match own {
+            Some((cell, _)) if ray.direction.z > 0.0 => self.reach(cell, ray.z, ray.direction),
+            _ => Some(f64::INFINITY),
+        }
+    }
+
+    /// How many times `d`, which points upwards, something can stand in the way of a beam from height `z` in a cell; `None` if
+    /// nothing can, judged by what is known of the blocks around.
+    #[inline]
+    pub fn reach(&self, cell: [usize; 2], z: f64, d: DVec3) -> Option<f64> {
+        let quadrant = quadrant(d);
+        let (flat, sine) = (d.x * d.x + d.y * d.y, f64::from(self.clear_sines(cell)[quadrant]));
+        if d.z * d.z >= sine * sine * (flat + d.z * d.z) {
+            return None;
+        }
+        let [_, to] = self.doubtful(&self.outlooks(cell)[quadrant], z, d)?;
+        Some(lesser(to / flat.sqrt(), (self.highest - z) / d.z))
+    }
+
+    /// The march itself, from the start of the ray up to `end`.
+    pub(super) fn march(&self, ray: Ray, own: Option<Own>, end: f64) -> Fate {
         March::new(self, ray, own, end).run(own.map(|o| o.1))
     }
+
+    /// The march of a ray that at `t` is known not to have met the surface yet, nor to have crossed a border other than of a periodic
+    /// map.
+    pub(super) fn march_on(&self, ray: Ray, t: f64, end: f64) -> Fate {
+        let mut march = March::new(self, ray, None, end);
+        for k in 0..2 {
+            let n = self.cells[k] as i64;
+            let mut cell = (march.o[k] + march.d[k] * t).floor() as i64;
+            if self.map().edges == Edges::Periodic {
+                march.o[k] -= (cell.div_euclid(n) * n) as f64;
+                cell = cell.rem_euclid(n);
+            }
+            march.cell[k] = cell.clamp(0, n - 1);
+        }
+        (march.t, march.above) = (t, 0.0);
+        march.run(None)
+    }
+
+    /// Where a ray from the cell `from` meets a facet that strides have found.
+    #[inline]
+    pub(super) fn meet(&self, ray: &Ray, from: [usize; 2], struck: &Struck) -> Hit {
+        let mut march = March::new(self, *ray, None, f64::INFINITY);
+        for k in 0..2 {
+            march.o[k] += (i64::from(struck.start[k]) - from[k] as i64) as f64;
+            march.cell[k] = struck.cell[k] as i64;
+        }
+        let corners = self.corners(struck.cell[0], struck.cell[1]);
+        let (height, rate) = march.over_plane(corners, struck.upper);
+        march.hit(corners, struck.upper, -height / rate)
+    }
 }
+
+/// The cell and the triangle of it (lower or upper) that a ray is leaving.
+pub type Own = ([usize; 2], bool);
 
 /// The lesser and the greater of two numbers, neither of them NaN.
 #[inline]
@@ -69,7 +119,7 @@ struct March<'f> {
 
 impl<'f> March<'f> {
     #[inline]
-    fn new(field: &'f HeightField<'f>, ray: Ray, own: Option<([usize; 2], bool)>, end: f64) -> Self {
+    fn new(field: &'f HeightField<'f>, ray: Ray, own: Option<Own>, end: f64) -> Self {
         let map = field.map();
         let [nx, ny] = field.cells.map(|n| n as i64);
         let d = [ray.direction.x / map.pitch_x, -ray.direction.y / map.pitch_y];
@@ -107,7 +157,7 @@ impl<'f> March<'f> {
         let map = self.field.map();
         let metres = [self.d[0] * map.pitch_x, -self.d[1] * map.pitch_y];
         let top = self.field.pyramid.len() - 1;
-        let mut level = if own.is_some() { 0 } else { top.min(FAR) };
+        let mut level = if own.is_some() || self.t > 0.0 { 0 } else { top.min(FAR) };
         let mut tiles = 0;
         loop {
             let shift = SHIFT + level as u32;
@@ -311,9 +361,7 @@ impl<'f> March<'f> {
                 self.above = 0.0;
                 continue;
             }
-            let [g0, gu, gv] = plane(corners, upper);
-            let height = self.oz - g0 - gu * u - gv * v;
-            let rate = self.dz - gu * self.d[0] - gv * self.d[1];
+            let (height, rate) = self.over_plane(corners, upper);
             let end = height + rate * to;
             if end.is_nan() {
                 // A hole: the ray may go below the surface.
@@ -332,6 +380,15 @@ impl<'f> March<'f> {
         None
     }
 
+    /// Height of the start of the ray over the plane of a triangle of its cell, and its gain.
+    #[inline]
+    fn over_plane(&self, corners: [f32; 4], upper: bool) -> (f64, f64) {
+        let (u, v) = (self.o[0] - self.cell[0] as f64, self.o[1] - self.cell[1] as f64);
+        let [g0, gu, gv] = plane(corners, upper);
+        (self.oz - g0 - gu * u - gv * v, self.dz - gu * self.d[0] - gv * self.d[1])
+    }
+
+    #[inline]
     fn hit(&self, corners: [f32; 4], upper: bool, at: f64) -> Hit {
         let map = self.field.map();
         let slopes = slopes::of_corners(corners.map(f64::from), map.pitch_x, map.pitch_y);

@@ -1,13 +1,17 @@
 //! Floor 3: the facets of a height map: slopes, their distribution, and who hides whom.
 
+pub mod bends;
 pub mod blocks;
 pub mod distribution;
 pub mod march;
+pub mod packet;
 pub mod radial;
 pub mod row_sight;
 pub mod sight;
 pub mod slopes;
+pub mod stride;
 pub mod visibility;
 
 pub use distribution::SlopeStatistics;
+pub use packet::{Packet, Strides};
 pub use visibility::{HeightField, Hit, Ray};

@@ -2,6 +2,7 @@
 
 use super::blocks::SIDE;
 use super::visibility::{HeightField, quadrant};
+use crate::heightmap::Edges;
 use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 use glam::DVec3;
@@ -82,8 +83,8 @@ impl RowSight {
         RowSight { crossings, upper, quadrant: quadrant(wi), wi, farthest }
     }
 
-    /// Which of the facets of the cells `column..column + RUN` see the source. Facets near a border, or so close to a shadow's
-    /// edge that f32 cannot tell, stay unknown.
+    /// Which of the facets of the cells `column..column + RUN` see the source. Facets near the border of a mirrored map, or so close to
+    /// a shadow's edge that f32 cannot tell, stay unknown.
     pub fn seen(&self, level: Level, field: &HeightField, row: usize, column: usize) -> [Seen; RUN] {
         let [width, height] = [field.map().width(), field.map().height()];
         let lanes = RUN.min(field.cells()[0] - column);
@@ -107,39 +108,67 @@ impl RowSight {
         }
         let first = self.crossings.partition_point(|c| c.distance < from);
         let last = self.crossings.partition_point(|c| c.distance <= to).max(first);
-        // Lanes for which every vertex lies on the map.
-        let (mut low, mut high) = (0, lanes as i64);
-        let mut stretches = Vec::with_capacity(last - first);
-        for c in &self.crossings[first..last] {
-            let rows = c.rows.map(|r| r + row as i64);
-            if rows.iter().any(|r| !(0..height as i64).contains(r)) {
+        let crossings = &self.crossings[first..last];
+        let map = field.map();
+        let inside = |offset: i64, of: usize, lanes: usize| offset >= 0 && offset + lanes as i64 <= of as i64;
+        let on_map = crossings.iter().all(|c| {
+            (0..2).all(|k| {
+                inside(row as i64 + c.rows[k], height, 1) && inside(column as i64 + c.columns[k], width, lanes)
+            })
+        });
+        let mut beyond = Vec::new();
+        let stretches: Vec<Stretch> = if on_map {
+            let start = |c: &Crossing, k: usize| {
+                ((row as i64 + c.rows[k]) * width as i64 + column as i64 + c.columns[k]) as usize
+            };
+            let stretch = |c: &Crossing| Stretch { starts: [start(c, 0), start(c, 1)], share: c.share, rise: c.rise };
+            crossings.iter().map(stretch).collect()
+        } else {
+            // A mirrored map has its diagonals the other way round there.
+            if map.edges == Edges::Mirrored {
                 return seen;
             }
-            for k in 0..2 {
-                let offset = column as i64 + c.columns[k];
-                low = low.max(-offset);
-                high = high.min(width as i64 - offset);
-            }
-            stretches.push(Stretch {
-                starts: [0, 1].map(|k| rows[k] * width as i64 + column as i64 + c.columns[k]),
-                share: c.share,
-                rise: c.rise,
-            });
-        }
-        if low >= high {
-            return seen;
-        }
-        let lanes = low as usize..high as usize;
+            let stretch = |c: &Crossing| {
+                let starts = [beyond.len(), beyond.len() + lanes];
+                let places = [0, 1].map(|k| [row as i64 + c.rows[k], column as i64 + c.columns[k]]);
+                let [a, b] = places.map(|[r, c]| beyond_border(field, r, c, lanes));
+                // What is only half on the map is no edge of it.
+                let none = |(a, b): (&f32, &f32)| *a == NOTHING || *b == NOTHING;
+                let a_or_none = a.iter().zip(&b).map(|ab| if none(ab) { NOTHING } else { *ab.0 });
+                let b_or_none = a.iter().zip(&b).map(|ab| if none(ab) { NOTHING } else { *ab.1 });
+                beyond.extend(a_or_none.chain(b_or_none));
+                Stretch { starts, share: c.share, rise: c.rise }
+            };
+            crossings.iter().map(stretch).collect()
+        };
         let range = field.height_range();
         let close = (CLOSE * (range[1] - range[0])) as f32;
-        dispatch!(level, simd => look(simd, &field.heights, &stretches, &z, close, lanes, &mut seen));
+        let heights = if on_map { &field.heights[..] } else { &beyond[..] };
+        dispatch!(level, simd => look(simd, heights, &stretches, &z, close, lanes, &mut seen));
         seen
     }
 }
 
+/// Lower than any height: where an open map has ended.
+const NOTHING: f32 = -1e30;
+
+/// Heights of a row from a column on, whether they lie on the map or not.
+fn beyond_border(field: &HeightField, row: i64, column: i64, lanes: usize) -> Vec<f32> {
+    let map = field.map();
+    let [width, height] = [map.width(), map.height()].map(|n| n as i64);
+    let at = |column: i64| match map.edges {
+        Edges::Periodic => field.heights[(row.rem_euclid(height) * width + column.rem_euclid(width)) as usize],
+        _ if (0..height).contains(&row) && (0..width).contains(&column) => {
+            field.heights[(row * width + column) as usize]
+        }
+        _ => NOTHING,
+    };
+    (column..column + lanes as i64).map(at).collect()
+}
+
 /// A crossing on the heights of the map: indices of the vertices of lane 0.
 struct Stretch {
-    starts: [i64; 2],
+    starts: [usize; 2],
     share: f32,
     rise: f32,
 }
@@ -151,19 +180,15 @@ fn look<S: Simd>(
     stretches: &[Stretch],
     z: &[f32; RUN],
     close: f32,
-    lanes: std::ops::Range<usize>,
+    n: usize,
     seen: &mut [Seen; RUN],
 ) {
-    let n = lanes.len();
     // Height over the edges, and whether any of them is missing.
     let mut over = [f32::INFINITY; RUN];
     let mut gap = [0.0f32; RUN];
-    let (over, gap, z, seen) = (&mut over[..n], &mut gap[..n], &z[lanes.clone()], &mut seen[lanes.clone()]);
+    let (over, gap, z, seen) = (&mut over[..n], &mut gap[..n], &z[..n], &mut seen[..n]);
     for stretch in stretches {
-        let [a, b] = stretch.starts.map(|start| {
-            let start = (start + lanes.start as i64) as usize;
-            &heights[start..start + n]
-        });
+        let [a, b] = stretch.starts.map(|start| &heights[start..start + n]);
         let (share, rise) = (stretch.share, stretch.rise);
         for k in 0..n {
             let f = z[k] + rise - (a[k] + share * (b[k] - a[k]));

@@ -1,8 +1,10 @@
 //! First hit of a ray on the height field: who hides whom.
 
-use super::blocks::{Block, Blocks, Outlook};
+use super::bends::Bends;
+use super::blocks::{Block, Blocks, Outlook, SIDE};
 use super::slopes;
-use crate::heightmap::HeightMap;
+use super::stride::Ground;
+use crate::heightmap::{Edges, HeightMap};
 use glam::DVec3;
 use std::borrow::Cow;
 
@@ -54,8 +56,15 @@ pub struct HeightField<'a> {
     /// Highest vertices of squares of 1, 2, 4, ... blocks: width and values.
     pub(super) pyramid: Vec<(usize, Vec<f32>)>,
     outlooks: Vec<[Outlook; 4]>,
+    sines: Vec<[f32; 4]>,
+    bends: Bends,
+    /// Whether packets of rays may go on across the border, into the block next to it in the periodic map.
+    wraps: bool,
     pub(super) lowest: f64,
     pub(super) highest: f64,
+    /// What heights in f32 may be wrong by, and the side of a block \[m\].
+    pub(super) margin: f32,
+    pub(super) side: f32,
 }
 
 impl<'a> HeightField<'a> {
@@ -72,15 +81,24 @@ impl<'a> HeightField<'a> {
             Some(heights) => Cow::Borrowed(heights),
             None => Cow::Owned(map.heights.iter().copied().collect()),
         };
+        let (top, depth) = (f64::from(highest), f64::from(highest) - lowest);
+        let side = SIDE as f64 * map.pitch_x.min(map.pitch_y);
+        let wraps = map.edges == Edges::Periodic && nx % SIDE == 0 && ny % SIDE == 0;
+        let bends = Bends::measure(map, &blocks, wraps);
         HeightField {
             map,
             heights,
+            bends,
+            wraps,
             cells: [nx, ny],
             pyramid: pyramid(&blocks),
+            sines: blocks.clear_sines(&outlooks, map.pitch_x.min(map.pitch_y), highest),
             blocks,
             outlooks,
             lowest,
-            highest: f64::from(highest),
+            highest: top,
+            margin: (1e-6 * (depth + top.abs().max(lowest.abs()))) as f32,
+            side: side as f32,
         }
     }
 
@@ -116,6 +134,13 @@ impl<'a> HeightField<'a> {
         &self.outlooks[self.blocks.index(column, row)]
     }
 
+    /// Sine of the elevation from which a beam that leaves the surface in a cell escapes towards each quadrant, whatever its
+    /// place in the cell's block; above 1 if unknown.
+    #[inline]
+    pub fn clear_sines(&self, [column, row]: [usize; 2]) -> &[f32; 4] {
+        &self.sines[self.blocks.index(column, row)]
+    }
+
     /// Heights of the corners of a cell as [`slopes::of_corners`] takes them.
     #[inline]
     pub fn corners(&self, column: usize, row: usize) -> [f32; 4] {
@@ -125,6 +150,13 @@ impl<'a> HeightField<'a> {
         let bottom = if row + 1 == self.map.height() { 0 } else { top + width };
         let h = &self.heights;
         [h[top + column], h[top + next], h[bottom + column], h[bottom + next]]
+    }
+
+    /// What packets of rays stride over.
+    pub(super) fn ground(&self) -> Ground<'_> {
+        let pitch = [self.map.pitch_x, self.map.pitch_y];
+        let (width, blocks) = (self.map.width(), self.blocks.width);
+        Ground::new(&self.heights, width, &self.bends, blocks, self.wraps, pitch, self.height_range())
     }
 
     #[inline]

@@ -27,21 +27,25 @@ pub fn phi(w: DVec3) -> f64 {
 }
 
 /// `wh = (wi + wo) / |wi + wo|`; the mean normal if the two cancel.
+#[inline]
 pub fn half_vector(wi: DVec3, wo: DVec3) -> DVec3 {
     (wi + wo).try_normalize().unwrap_or(DVec3::Z)
 }
 
 /// `o = 2 (n.i) n - i`: mirror image of `i` about the unit normal `n`.
+#[inline]
 pub fn reflect(i: DVec3, n: DVec3) -> DVec3 {
     2.0 * i.dot(n) * n - i
 }
 
 /// Unit normal of a facet with slopes `p = dh/dx`, `q = dh/dy`: `(-p, -q, 1) / sqrt(1 + p^2 + q^2)`.
+#[inline]
 pub fn normal_of_slope(p: f64, q: f64) -> DVec3 {
     DVec3::new(-p, -q, 1.0) / (1.0 + p * p + q * q).sqrt()
 }
 
 /// Slopes `(p, q) = (-wh.x, -wh.y) / wh.z` of the facet whose normal is `wh` (`wh.z > 0`).
+#[inline]
 pub fn slope_of_half_vector(wh: DVec3) -> (f64, f64) {
     (-wh.x / wh.z, -wh.y / wh.z)
 }

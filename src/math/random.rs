@@ -1,6 +1,8 @@
 //! Counter-based random numbers: any item's stream can be had without drawing the others', so results
 //! do not depend on how work is cut over threads.
 
+use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd_macros::simd;
 use rand::TryRng;
 use std::convert::Infallible;
 
@@ -30,7 +32,14 @@ impl CounterRng {
     #[inline]
     pub fn four(seed: u64, stream: u32, item: u64) -> [f64; 4] {
         let words = philox([0, stream, item as u32, (item >> 32) as u32], [seed as u32, (seed >> 32) as u32]);
-        words.map(|w| (f64::from(w) + 0.5) * (1.0 / (1u64 << 32) as f64))
+        words.map(inside)
+    }
+
+    /// [`CounterRng::four`] of the items from `first` on, side by side.
+    pub fn fours(seed: u64, stream: u32, first: u64) -> [[f64; 4]; LANES] {
+        let mut words = [[0; LANES]; 4];
+        dispatch!(Level::new(), simd => fours(simd, seed, stream, first, &mut words));
+        std::array::from_fn(|k| [0, 1, 2, 3].map(|word| inside(words[word][k])))
     }
 
     /// Uniform f64 in `[0, 1)` with 53 bits.
@@ -82,6 +91,29 @@ impl TryRng for CounterRng {
     }
 }
 
+/// Items whose numbers are drawn side by side.
+pub const LANES: usize = 64;
+
+#[simd]
+fn fours<S: Simd>(_: S, seed: u64, stream: u32, first: u64, words: &mut [[u32; LANES]; 4]) {
+    let key = [seed as u32, (seed >> 32) as u32];
+    for k in 0..LANES {
+        let item = first.wrapping_add(k as u64);
+        let [a, b, c, d] = philox([0, stream, item as u32, (item >> 32) as u32], key);
+        words[0][k] = a;
+        words[1][k] = b;
+        words[2][k] = c;
+        words[3][k] = d;
+    }
+}
+
+/// The middle of one of 2^32 pieces of (0, 1).
+#[inline]
+fn inside(word: u32) -> f64 {
+    (f64::from(word) + 0.5) * (1.0 / (1u64 << 32) as f64)
+}
+
+#[inline(always)]
 fn philox(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
     for _ in 0..10 {
         let a = u64::from(counter[0]) * 0xD251_1F53;
@@ -106,6 +138,15 @@ mod tests {
             philox([0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344], [0xa409_3822, 0x299f_31d0]),
             [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1]
         );
+    }
+
+    #[test]
+    fn items_side_by_side_have_the_numbers_of_single_items() {
+        // Across a carry into the upper half of the item.
+        let first = (7 << 32) - 5;
+        for (k, four) in CounterRng::fours(99 << 31, 3, first).into_iter().enumerate() {
+            assert_eq!(four, CounterRng::four(99 << 31, 3, first + k as u64));
+        }
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! Exact sums of beam weights: added in any order, on any thread, in any number of parts, they come out the same.
 
 use super::tally::{BOUNCES, Tally};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::sync::{Mutex, PoisonError};
 
 /// Weights are counted in steps of 2^-40, up to 2^23: the projected area of a facet of slope 10^4 lit at 89.9 deg.
 const STEP_BITS: u32 = 40;
@@ -61,15 +63,20 @@ impl Accumulator {
     #[inline]
     pub fn escaped(&mut self, detector: usize, bounces: u32, weight: f64, energy: f64) {
         let (incident, escaped) = self.arrived(weight, energy);
-        let which = (bounces.max(1) as usize).min(BOUNCES) - 1;
-        if self.bins[which].is_empty() {
-            self.bins[which] = vec![Bin::default(); self.bins[0].len()];
-        }
-        let bin = &mut self.bins[which][detector];
+        let bin = &mut self.bins_after(bounces)[detector];
         bin.hits += 1;
         bin.energy += escaped;
         bin.squared += (escaped * escaped) >> SQUARE_SHIFT;
         self.absorbed += incident - escaped;
+    }
+
+    #[inline]
+    fn bins_after(&mut self, bounces: u32) -> &mut [Bin] {
+        let which = (bounces.max(1) as usize).min(BOUNCES) - 1;
+        if self.bins[which].is_empty() {
+            self.bins[which] = vec![Bin::default(); self.bins[0].len()];
+        }
+        &mut self.bins[which]
     }
 
     /// A beam of `weight` of which the share `energy` left as the specular core; the rest is absorbed.
@@ -111,7 +118,7 @@ impl Accumulator {
         self.asked[cell] += facets;
     }
 
-    /// Beams of so much weight, whose escaped energy is added apart by [`Accumulator::first_bounces`]; in steps of `2^-bits`.
+    /// Beams of so much weight, whose escaped energy is added apart by [`Accumulator::bounced`]; in steps of `2^-bits`.
     pub fn arrived_steps(&mut self, weight: u64, bits: u32) {
         let weight = i128::from(weight) << (STEP_BITS - bits);
         self.incident += weight;
@@ -123,13 +130,20 @@ impl Accumulator {
         self.shadowed += i128::from(weight) << (STEP_BITS - bits);
     }
 
-    /// So many beams that left for a detector, or as the specular core, after one bounce: sums of their energies and of their
+    /// So many beams that left for a detector, or as the specular core, after `bounces`: sums of their energies and of their
     /// squares, each with the bits of its step.
-    pub fn first_bounces(&mut self, detector: Option<usize>, beams: u64, energy: (u64, u32), squared: (u64, u32)) {
+    pub fn bounced(
+        &mut self,
+        bounces: u32,
+        detector: Option<usize>,
+        beams: u64,
+        energy: (u64, u32),
+        squared: (u64, u32),
+    ) {
         let energy = i128::from(energy.0) << (STEP_BITS - energy.1);
         match detector {
             Some(detector) => {
-                let bin = &mut self.bins[0][detector];
+                let bin = &mut self.bins_after(bounces)[detector];
                 bin.hits += beams;
                 bin.energy += energy;
                 bin.squared += i128::from(squared.0) << (2 * STEP_BITS - SQUARE_SHIFT - squared.1);
@@ -208,6 +222,21 @@ impl Accumulator {
         tally.asked.clone_from(&self.asked);
         tally
     }
+}
+
+/// Works off `items` on all threads, each item at a free desk: as many desks are set up as threads are at work, not as many
+/// as there are pieces of work. Which item meets which desk is left to chance, so what lies on the desks must be sums that do
+/// not depend on it.
+pub fn at_desks<I: Sync, T: Send>(items: &[I], new: impl Fn() -> T + Sync, work: impl Fn(&mut T, &I) + Sync) -> Vec<T> {
+    let free = Mutex::new(Vec::new());
+    let desks = || free.lock().unwrap_or_else(PoisonError::into_inner);
+    items.par_iter().for_each(|item| {
+        let desk = desks().pop();
+        let mut desk = desk.unwrap_or_else(&new);
+        work(&mut desk, item);
+        desks().push(desk);
+    });
+    free.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::bounce::Arrival;
 use super::selection::Footprint;
-use crate::facets::visibility::{Fate, HeightField, Ray};
+use crate::facets::visibility::{Fate, HeightField, Hit, Ray};
 use crate::heightmap::Edges;
 use glam::DVec3;
 
@@ -44,12 +44,45 @@ impl<'a> Beam<'a> {
         self.extent[1] / self.extent[0]
     }
 
-    /// The first facet that the ray aimed at place `u` in `[0, 1]^2` of the mean plane meets, if it is a lit one.
+    /// The point of the mean plane \[samples\] at place `u` in `[0, 1]^2` of what is aimed at.
     #[inline]
+    pub fn aim(&self, u: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|k| self.from[k] + self.extent[k] * u[k])
+    }
+
+    /// The first facet that the ray aimed at place `u` in `[0, 1]^2` of the mean plane meets, if it is a lit one.
     pub fn strike(&self, u: [f64; 2]) -> Option<Arrival> {
-        let aim = [0, 1].map(|k| self.from[k] + self.extent[k] * u[k]);
+        let aim = self.aim(u);
         let (ray, flip) = self.launch(aim)?;
         let Fate::Hit(hit) = self.field.trace(ray, None) else { return None };
+        self.arrive(aim, flip, &hit)
+    }
+
+    /// Column and row of where the ray aimed at `aim` starts, if that is plainly on the map: facets that it meets before it leaves
+    /// the map are lit if [`Beam::lights`] says so.
+    #[inline]
+    pub fn start(&self, aim: [f64; 2]) -> Option<[f64; 2]> {
+        let [_, highest] = self.field.height_range();
+        let size = self.field.cells().map(|n| n as f64);
+        let mut start = [aim[0] + self.lean[0] * highest, aim[1] + self.lean[1] * highest];
+        let mut inside = true;
+        for k in 0..2 {
+            if !(start[k] >= 0.0 && start[k] < size[k]) {
+                start[k] = start[k].rem_euclid(size[k]);
+                inside = false;
+            }
+        }
+        (inside || self.field.map().edges == Edges::Periodic && self.footprint.is_none()).then_some(start)
+    }
+
+    /// Whether a cell of the map is lit.
+    #[inline]
+    pub fn lights(&self, cell: [usize; 2]) -> bool {
+        self.footprint.is_none_or(|lit| lit.holds(cell))
+    }
+
+    /// What a ray launched with these flips finds where it hit; nothing if that facet is not lit.
+    fn arrive(&self, aim: [f64; 2], flip: [f64; 2], hit: &Hit) -> Option<Arrival> {
         if let Some(lit) = self.footprint {
             // Of a repeated map only the copy that the rays are aimed at is lit.
             let place = [0, 1].map(|k| aim[k] + self.lean[k] * hit.z);
@@ -75,7 +108,6 @@ impl<'a> Beam<'a> {
 
     /// The ray aimed at a point of the mean plane, started above the highest facet and moved into the map, and the flips of the
     /// mirrored tile it starts in. For an open map it starts where it enters the outline; `None` if it passes by.
-    #[inline]
     fn launch(&self, aim: [f64; 2]) -> Option<(Ray, [f64; 2])> {
         let [_, highest] = self.field.height_range();
         let size = self.field.cells().map(|n| n as f64);

@@ -4,9 +4,10 @@ use crate::facets::visibility::{Fate, HeightField, Ray};
 use crate::math::frame;
 use crate::optics::Material;
 use glam::DVec3;
+use std::ops::ControlFlow;
 
 /// A beam about to be reflected by a facet.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arrival {
     /// Point on the facet: column, row in samples, height \[m\].
     pub point: [f64; 3],
@@ -21,13 +22,75 @@ pub struct Arrival {
 }
 
 /// Where a beam of unit energy ended: shares sum to 1.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Departure {
     /// Exit direction in the map's frame and the energy that took it.
     pub escaped: Option<(DVec3, f64)>,
     pub absorbed: f64,
     pub lost: f64,
     pub bounces: u32,
+}
+
+/// A beam of unit energy under way.
+#[derive(Debug, Clone, Copy)]
+pub struct Flight {
+    pub arrival: Arrival,
+    /// Where it goes from there.
+    pub wo: DVec3,
+    energy: f64,
+    absorbed: f64,
+    bounces: u32,
+}
+
+impl Flight {
+    /// A beam at its first facet.
+    #[inline]
+    pub fn new(arrival: Arrival) -> Self {
+        Flight { arrival, wo: arrival.back, energy: 1.0, absorbed: 0.0, bounces: 0 }
+    }
+
+    /// Reflects the beam, which keeps `R(beta)` of its energy; it ends if it has no bounce left.
+    #[inline]
+    pub fn reflect(&mut self, walk: &Walk) -> ControlFlow<Departure> {
+        if self.bounces == walk.max_bounces {
+            return ControlFlow::Break(self.end(None, self.energy));
+        }
+        self.bounces += 1;
+        let n = frame::normal_of_slope(self.arrival.slope.0, self.arrival.slope.1);
+        let reflectance = walk.material.reflectance(n.dot(self.arrival.back));
+        self.absorbed += self.energy * (1.0 - reflectance);
+        self.energy *= reflectance;
+        self.wo = frame::reflect(self.arrival.back, n);
+        ControlFlow::Continue(())
+    }
+
+    /// What follows from the fate of its way along `wo`: an end, or the next facet.
+    #[inline]
+    pub fn meet(&mut self, fate: &Fate) -> ControlFlow<Departure> {
+        match fate {
+            Fate::Escaped(_) if self.wo.z > 0.0 => {
+                // In the unfolded map the beam goes straight on; the tiles it crosses no longer matter.
+                let sign = DVec3::new(self.arrival.flip[0], self.arrival.flip[1], 1.0);
+                ControlFlow::Break(self.end(Some((self.wo * sign, self.energy)), 0.0))
+            }
+            Fate::Hit(hit) => {
+                let sign = DVec3::new(hit.flip[0], hit.flip[1], 1.0);
+                self.arrival = Arrival {
+                    point: [hit.column, hit.row, hit.z],
+                    facet: (hit.cell, hit.upper),
+                    slope: hit.slope,
+                    back: -self.wo * sign,
+                    flip: [self.arrival.flip[0] * hit.flip[0], self.arrival.flip[1] * hit.flip[1]],
+                };
+                ControlFlow::Continue(())
+            }
+            Fate::Escaped(_) | Fate::Lost => ControlFlow::Break(self.end(None, self.energy)),
+        }
+    }
+
+    fn end(&self, escaped: Option<(DVec3, f64)>, lost: f64) -> Departure {
+        Departure { escaped, absorbed: self.absorbed, lost, bounces: self.bounces }
+    }
 }
 
 /// What the walk needs to know besides the beam.
@@ -40,52 +103,41 @@ pub struct Walk<'a> {
 }
 
 impl Walk<'_> {
+    /// Whether a beam along `w` climbs faster than any facet of the map.
+    #[inline]
+    pub fn outclimbs(&self, w: DVec3) -> bool {
+        w.z > 0.0 && w.z * w.z >= self.steepest * self.steepest * (w.x * w.x + w.y * w.y)
+    }
+
     /// Whether a beam leaving a facet along `w` meets the surface again.
     #[inline]
     pub fn onward(&self, arrival: &Arrival, w: DVec3) -> Fate {
-        if w.z > 0.0 && w.z * w.z >= self.steepest * self.steepest * (w.x * w.x + w.y * w.y) {
+        if self.outclimbs(w) {
             return Fate::Escaped([1.0, 1.0]);
         }
-        let [column, row, z] = arrival.point;
-        self.field.trace(Ray { column, row, z, direction: w }, Some(arrival.facet))
+        self.field.trace(arrival.onward(w), Some(arrival.facet))
     }
 
     /// Reflects the beam until it escapes, each bounce keeping `R(beta)` of its energy.
-    #[inline]
     pub fn follow(&self, arrival: Arrival) -> Departure {
-        self.follow_on(arrival, None)
-    }
-
-    /// As [`Walk::follow`] when the fate of the first reflection is known.
-    pub fn follow_on(&self, mut arrival: Arrival, mut first: Option<Fate>) -> Departure {
-        let (mut energy, mut absorbed) = (1.0, 0.0);
-        for bounce in 1..=self.max_bounces {
-            let n = frame::normal_of_slope(arrival.slope.0, arrival.slope.1);
-            let reflectance = self.material.reflectance(n.dot(arrival.back));
-            absorbed += energy * (1.0 - reflectance);
-            energy *= reflectance;
-            let wo = frame::reflect(arrival.back, n);
-            match first.take().unwrap_or_else(|| self.onward(&arrival, wo)) {
-                Fate::Escaped(_) if wo.z > 0.0 => {
-                    // In the unfolded map the beam goes straight on; the tiles it crosses no longer matter.
-                    let sign = DVec3::new(arrival.flip[0], arrival.flip[1], 1.0);
-                    return Departure { escaped: Some((wo * sign, energy)), absorbed, lost: 0.0, bounces: bounce };
-                }
-                Fate::Hit(hit) => {
-                    let sign = DVec3::new(hit.flip[0], hit.flip[1], 1.0);
-                    arrival = Arrival {
-                        point: [hit.column, hit.row, hit.z],
-                        facet: (hit.cell, hit.upper),
-                        slope: hit.slope,
-                        back: -wo * sign,
-                        flip: [arrival.flip[0] * hit.flip[0], arrival.flip[1] * hit.flip[1]],
-                    };
-                }
-                Fate::Escaped(_) | Fate::Lost => {
-                    return Departure { escaped: None, absorbed, lost: energy, bounces: bounce };
-                }
+        let mut flight = Flight::new(arrival);
+        loop {
+            if let ControlFlow::Break(end) = flight.reflect(self) {
+                return end;
+            }
+            let fate = self.onward(&flight.arrival, flight.wo);
+            if let ControlFlow::Break(end) = flight.meet(&fate) {
+                return end;
             }
         }
-        Departure { escaped: None, absorbed, lost: energy, bounces: self.max_bounces }
+    }
+}
+
+impl Arrival {
+    /// The ray that leaves the facet along `w`.
+    #[inline]
+    pub fn onward(&self, w: DVec3) -> Ray {
+        let [column, row, z] = self.point;
+        Ray { column, row, z, direction: w }
     }
 }

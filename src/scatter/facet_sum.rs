@@ -1,20 +1,20 @@
 //! The deterministic facet sum: every facet is a beam.
 
-use super::accumulator::Accumulator;
-use super::bounce::{Arrival, Departure, Walk};
+use super::accumulator::{Accumulator, at_desks};
+use super::bounce::Walk;
 use super::detectors::Detectors;
-use super::facing::{Facing, facing};
-use super::first_bounces::FirstBounces;
-use super::lanes::{self, Ground, Lanes, Light};
+use super::doubts::{Doubts, Run};
+use super::facing::facing;
+use super::lanes::{Ground, Lanes, Light};
+use super::quick_sums::QuickSums;
 use super::selection::{Footprint, Selection};
 use crate::facets::blocks::SIDE;
 use crate::facets::row_sight::{self, RUN, RowSight};
 use crate::facets::slopes;
-use crate::facets::visibility::{Fate, quadrant};
+use crate::facets::visibility::quadrant;
 use crate::math::direction;
 use fearless_simd::Level;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Fractional part of the golden ratio: its multiples fill a circle as evenly as any number of points can.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -68,19 +68,15 @@ pub fn facet_sum<D: Detectors + ?Sized>(
 ) -> Accumulator {
     let sum = FacetSum { walk, detectors, theta_i, azimuth, share: selection.share, level: Level::new() };
     let lit = selection.lit(walk.field.cells());
-    let bands = lit.rows[0] / SIDE..lit.rows[1].div_ceil(SIDE);
-    bands
-        .into_par_iter()
-        .filter(|&band| selection.part.has(band as u64))
-        .fold(
-            || (Accumulator::new(detectors.len()), FirstBounces::new(detectors)),
-            |(mut slow, mut fast), band| {
-                sum.add_band(band, lit, &mut slow, &mut fast);
-                (slow, fast)
-            },
-        )
-        .map(|(slow, fast)| slow.merged(fast.sums()))
-        .reduce(|| Accumulator::new(detectors.len()), Accumulator::merged)
+    let bands = (lit.rows[0] / SIDE..lit.rows[1].div_ceil(SIDE)).filter(|&band| selection.part.has(band as u64));
+    let bands: Vec<usize> = bands.collect();
+    let new = || (Accumulator::new(detectors.len()), QuickSums::new(detectors), Doubts::new(walk, detectors));
+    let desks = at_desks(&bands, new, |(slow, fast, doubts), &band| {
+        sum.add_band(band, lit, slow, fast, doubts);
+        doubts.answer(slow, fast);
+    });
+    let sums = desks.into_iter().map(|(slow, fast, _)| slow.merged(fast.sums()));
+    sums.reduce(Accumulator::merged).unwrap_or_else(|| Accumulator::new(detectors.len()))
 }
 
 struct FacetSum<'a, D: Detectors + ?Sized> {
@@ -92,20 +88,16 @@ struct FacetSum<'a, D: Detectors + ?Sized> {
     level: Level,
 }
 
-/// One run of cells and its light.
-struct Run {
-    row: usize,
-    /// First column of the run.
-    column: usize,
-    phi: f64,
-    /// Turn into the frame of the detectors.
-    turn: f64,
-    wi: DVec3,
-}
-
 impl<D: Detectors + ?Sized> FacetSum<'_, D> {
     /// The facets of one row of blocks.
-    fn add_band(&self, band: usize, lit: Footprint, slow: &mut Accumulator, fast: &mut FirstBounces) {
+    fn add_band(
+        &self,
+        band: usize,
+        lit: Footprint,
+        slow: &mut Accumulator,
+        fast: &mut QuickSums,
+        doubts: &mut Doubts<D>,
+    ) {
         let field = self.walk.field;
         let map = field.map();
         let runs = field.cells()[0].div_ceil(RUN);
@@ -128,7 +120,8 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
                 }
                 let (phi, turn) = self.azimuth.of((id * GOLDEN).fract());
                 let column = run * RUN;
-                let run = Run { row, column, phi, turn, wi: direction(self.theta_i, phi) };
+                let local = direction(self.theta_i, phi - turn);
+                let run = Run { row, column, phi, turn, wi: direction(self.theta_i, phi), local };
                 if turn != 0.0 {
                     sights = None;
                 }
@@ -149,7 +142,7 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
                     };
                     lanes.shine(self.level, &light, &ground, &self.walk.material, upper);
                     self.find_detectors(&run, &mut lanes);
-                    self.settle(&run, upper, &mut lanes, slow);
+                    doubts.take(&run, &light, upper, &mut lanes, slow, fast);
                     fast.add(&lanes);
                 }
             }
@@ -162,7 +155,7 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
         let from = quadrant(run.wi);
         (run.column..(run.column + RUN).min(field.cells()[0]))
             .step_by(SIDE)
-            .all(|column| run.wi.z > f64::from(field.outlooks([column, run.row])[from].sine))
+            .all(|column| run.wi.z > f64::from(field.clear_sines([column, run.row])[from]))
     }
 
     /// The detector of each facet's own reflection.
@@ -171,68 +164,11 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
             lanes.locate(self.level, cells);
             return;
         }
-        let wi = direction(self.theta_i, run.phi - run.turn);
+        let wi = run.local;
         for k in 0..RUN {
             if lanes.weight[k] > 0 {
                 let beam = facing(f64::from(lanes.p[k]), f64::from(lanes.q[k]), wi);
                 lanes.slot[k] = beam.map_or(0, |beam| self.detectors.index(wi, beam.wo)) as u32;
-            }
-        }
-    }
-
-    /// Answers what is still open about the facets of a run.
-    fn settle(&self, run: &Run, upper: bool, lanes: &mut Lanes, slow: &mut Accumulator) {
-        for group in 0..RUN / 8 {
-            if lanes.doubt[group * 8..group * 8 + 8].iter().all(|&d| d == lanes::NONE) {
-                continue;
-            }
-            for k in group * 8..group * 8 + 8 {
-                if lanes.doubt[k] != lanes::NONE {
-                    self.settle_one(run, k, upper, lanes, slow);
-                }
-            }
-        }
-    }
-
-    fn settle_one(&self, run: &Run, k: usize, upper: bool, lanes: &mut Lanes, slow: &mut Accumulator) {
-        let field = self.walk.field;
-        let map = field.map();
-        let cell = [run.column + k, run.row];
-        let corners = field.corners(cell[0], cell[1]).map(f64::from);
-        let slope = slopes::of_corners(corners, map.pitch_x, map.pitch_y)[usize::from(upper)];
-        let Some(Facing { weight, wo, .. }) = facing(slope.0, slope.1, run.wi) else { return };
-        let (u, v) = if upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
-        let third = corners[if upper { 1 } else { 2 }];
-        let point = [cell[0] as f64 + u, cell[1] as f64 + v, (corners[0] + corners[3] + third) / 3.0];
-        let arrival = Arrival { point, facet: (cell, upper), slope, back: run.wi, flip: [1.0, 1.0] };
-        let mut fate = None;
-        if lanes.doubt[k] == lanes::EXIT {
-            let onward = self.walk.onward(&arrival, wo);
-            if wo.z > 0.0 && matches!(onward, Fate::Escaped(_)) {
-                return;
-            }
-            fate = Some(onward);
-            (lanes.weight[k], lanes.energy[k]) = (0, 0);
-        } else if let Fate::Hit(_) = self.walk.onward(&arrival, run.wi) {
-            slow.shadowed(weight);
-            return;
-        }
-        let end = self.walk.follow_on(arrival, fate);
-        self.add_end(run, end, weight, lanes.slot[k] as usize, slow);
-    }
-
-    /// Counts the beam of one facet where it ended; `slot` is the facet's half-vector cell.
-    fn add_end(&self, run: &Run, end: Departure, weight: f64, slot: usize, sum: &mut Accumulator) {
-        let Some((wo, energy)) = end.escaped else {
-            sum.lost(weight, end.lost);
-            return;
-        };
-        match self.detectors.slope_cells() {
-            Some(cells) if end.bounces == 1 && slot < cells.len() => sum.escaped(slot, 1, weight, energy),
-            Some(_) if end.bounces == 1 => sum.core(weight, energy),
-            _ => {
-                let wi = direction(self.theta_i, run.phi - run.turn);
-                sum.escaped(self.detectors.index(wi, turned_back(wo, run.turn)), end.bounces, weight, energy);
             }
         }
     }
@@ -243,7 +179,7 @@ fn clear_sines(walk: &Walk, band: usize, columns: usize) -> [Vec<f32>; 4] {
     [0, 1, 2, 3].map(|quadrant| {
         let mut line = vec![2.0; columns];
         for column in (0..walk.field.cells()[0]).step_by(SIDE) {
-            line[column..column + SIDE].fill(walk.field.outlooks([column, band * SIDE])[quadrant].sine);
+            line[column..column + SIDE].fill(walk.field.clear_sines([column, band * SIDE])[quadrant]);
         }
         line
     })

@@ -16,10 +16,12 @@ pub const HEAVIEST_BITS: u32 = 4;
 const HEAVIEST: f32 = (1u32 << HEAVIEST_BITS) as f32;
 
 /// Where the light comes from, and the size of a cell.
+#[derive(Debug, Clone, Copy)]
 pub struct Light {
-    wi: [f32; 3],
-    turn: [f32; 2],
-    per_pitch: [f32; 2],
+    pub wi: [f32; 3],
+    /// Cosine and sine of the turn into the frame of the detectors.
+    pub turn: [f32; 2],
+    pub per_pitch: [f32; 2],
 }
 
 impl Light {
@@ -131,16 +133,45 @@ pub fn slots<S: Simd, F: Fn(f32, f32) -> u32>(_: S, p: &[f32], q: &[f32], place:
 }
 
 /// Reflectance at `cos_beta`, as [`Material::reflectance`].
-trait Reflect: Copy {
+pub trait Reflect: Copy {
     fn at(self, cos_beta: f32) -> f32;
 }
 
 #[derive(Clone, Copy)]
-struct Mirror;
+pub struct Mirror;
 #[derive(Clone, Copy)]
-struct Dielectric(f32);
+pub struct Dielectric(pub f32);
 #[derive(Clone, Copy)]
-struct Conductor(f32, f32);
+pub struct Conductor(pub f32, pub f32);
+
+/// What a facet of slope `(p, q)` does with light from `wi`.
+pub struct Glance {
+    /// `wi.z - p wi.x - q wi.y`: positive for a facet that faces the source.
+    pub lean: f32,
+    pub cos_beta: f32,
+    /// Mirror direction.
+    pub wo: [f32; 3],
+}
+
+impl Glance {
+    /// As [`facing`](super::facing::facing), in f32.
+    #[inline(always)]
+    pub fn new([wx, wy, wz]: [f32; 3], p: f32, q: f32) -> Self {
+        let lean = wz - p * wx - q * wy;
+        let per_square = 1.0 / (1.0 + p * p + q * q);
+        let cos_beta = lean * per_square.sqrt();
+        let along = 2.0 * lean * per_square;
+        Glance { lean, cos_beta, wo: [-along * p - wx, -along * q - wy, along - wz] }
+    }
+}
+
+/// That of the four `clear` sines that counts for a direction, see `HeightField::clear_sines`.
+#[inline(always)]
+pub fn clear_towards(x: f32, y: f32, clear: [f32; 4]) -> f32 {
+    let [c0, c1, c2, c3] = clear;
+    let (north, south) = (if x > 0.0 { c3 } else { c2 }, if x > 0.0 { c1 } else { c0 });
+    if y > 0.0 { north } else { south }
+}
 
 impl Reflect for Mirror {
     #[inline(always)]
@@ -182,21 +213,15 @@ impl Reflect for Conductor {
 fn shine<S: Simd, R: Reflect, const UPPER: bool>(_: S, light: &Light, ground: &Ground, reflect: R, lanes: &mut Lanes) {
     let (top, bottom) = (&ground.top[..RUN + 1], &ground.bottom[..RUN + 1]);
     let [c0, c1, c2, c3] = ground.clear.map(|c| &c[..RUN]);
-    let [wx, wy, wz] = light.wi;
     let [cos, sin] = light.turn;
     let [px, py] = light.per_pitch;
-    let per_wz = 1.0 / wz;
+    let per_wz = 1.0 / light.wi[2];
     for i in 0..RUN {
         let (a, b, c, d) = (top[i], top[i + 1], bottom[i], bottom[i + 1]);
         let p = if UPPER { b - a } else { d - c } * px;
         let q = if UPPER { b - d } else { a - c } * py;
-        let lean = wz - p * wx - q * wy;
-        let per_square = 1.0 / (1.0 + p * p + q * q);
-        let cos_beta = lean * per_square.sqrt();
-        let along = 2.0 * lean * per_square;
-        let (x, y, z) = (-along * p - wx, -along * q - wy, along - wz);
-        let (north, south) = (if x > 0.0 { c3[i] } else { c2[i] }, if x > 0.0 { c1[i] } else { c0[i] });
-        let clear = if y > 0.0 { north } else { south };
+        let Glance { lean, cos_beta, wo: [x, y, z] } = Glance::new(light.wi, p, q);
+        let clear = clear_towards(x, y, [c0[i], c1[i], c2[i], c3[i]]);
         let weight = lean * per_wz;
         let towards = lean > 0.0;
         let seen = ground.seen[i];
@@ -217,7 +242,7 @@ fn shine<S: Simd, R: Reflect, const UPPER: bool>(_: S, light: &Light, ground: &G
 
 /// Rounds to whole steps in a way that works on lanes: a conversion that guards against overflow does not.
 #[inline(always)]
-fn steps(weight: f32) -> u32 {
+pub fn steps(weight: f32) -> u32 {
     const SHIFT: f64 = (1u64 << (52 - STEP_BITS)) as f64;
     (f64::from(weight) + SHIFT).to_bits() as u32
 }

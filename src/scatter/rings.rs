@@ -2,6 +2,8 @@
 
 use super::axis::{Axis, AxisLanes, whole};
 use super::cells::HalfVectorCells;
+use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd_macros::simd;
 
 /// Rings per cell of an axis, and points along each side of a cell that decide which rings it shares.
 const PER_CELL: f64 = 3.0;
@@ -18,8 +20,10 @@ pub struct Rings {
     rings: usize,
     /// Cells of the quadrant on each side.
     reach: usize,
-    /// Ring of each point of each cell of the first quadrant, cell by cell.
-    of_point: Vec<u32>,
+    /// Where the rings of each cell of the first quadrant begin among `shares`, and where the last ones end.
+    first: Vec<u32>,
+    /// Rings of the cells, each with the number of points it has there.
+    shares: Vec<(u32, f64)>,
     /// Points of each ring, weighted by the area they stand for.
     area: Vec<f64>,
 }
@@ -50,19 +54,39 @@ impl Rings {
         let far = axis.coordinate(1.5 * axis.place(f64::from(axis.half)));
         let rings = (far * PER_CELL).ceil() as usize + 1;
         let per_width = 1.0 / cells.width[0];
-        let mut all = Rings { axis, per_width, rings, reach, of_point: Vec::new(), area: vec![0.0; rings] };
-        let places: Vec<f64> = (0..reach * SIDE)
-            .map(|k| cells.width[0] * axis.place(((k % SIDE) as f64 + 0.5) / SIDE as f64 + (k / SIDE) as f64 - 0.5))
+        let mut all =
+            Rings { axis, per_width, rings, reach, first: vec![0], shares: Vec::new(), area: vec![0.0; rings] };
+        let places: Vec<f32> = (0..reach * SIDE)
+            .map(|k| axis.place(((k % SIDE) as f64 + 0.5) / SIDE as f64 + (k / SIDE) as f64 - 0.5))
+            .map(|x| (cells.width[0] * x) as f32)
             .collect();
-        for cell in 0..reach * reach {
-            let (i, j) = (cell % reach, cell / reach);
-            // The central row and column are their own mirror images.
-            let images = f64::from(if i == 0 { 1 } else { 2 } * if j == 0 { 1 } else { 2 });
-            let area = images * all.cell_area(cells, i, j) / (SIDE * SIDE) as f64;
-            for point in 0..SIDE * SIDE {
-                let ring = all.ring(places[i * SIDE + point % SIDE], places[j * SIDE + point / SIDE]);
-                all.of_point.push(ring as u32);
-                all.area[ring] += area;
+        let (level, lanes) = (Level::new(), all.lanes());
+        // Rings of the points of one row of cells, line by line.
+        let mut of_point = vec![0; SIDE * places.len()];
+        let mut points = vec![0u32; rings];
+        for j in 0..reach {
+            for (line, q) in of_point.chunks_mut(places.len()).zip(&places[j * SIDE..]) {
+                dispatch!(level, simd => rings_of(simd, lanes, &places, *q, line));
+            }
+            for i in 0..reach {
+                let mut range = [u32::MAX, 0];
+                for line in of_point.chunks(places.len()) {
+                    for &ring in &line[i * SIDE..(i + 1) * SIDE] {
+                        points[ring as usize] += 1;
+                        range = [range[0].min(ring), range[1].max(ring)];
+                    }
+                }
+                // The central row and column are their own mirror images.
+                let images = f64::from(if i == 0 { 1 } else { 2 } * if j == 0 { 1 } else { 2 });
+                let area = images * all.cell_area(cells, i, j) / (SIDE * SIDE) as f64;
+                for ring in range[0]..=range[1] {
+                    let n = f64::from(std::mem::take(&mut points[ring as usize]));
+                    if n > 0.0 {
+                        all.shares.push((ring, n));
+                        all.area[ring as usize] += n * area;
+                    }
+                }
+                all.first.push(all.shares.len() as u32);
             }
         }
         all
@@ -104,9 +128,10 @@ impl Rings {
         }
         let mut density = vec![0.0; cells.len()];
         let (row, half) = (cells.row_length(), self.reach);
-        for (cell, rings) in self.of_point.chunks(SIDE * SIDE).enumerate() {
+        for (cell, ends) in self.first.windows(2).enumerate() {
             let (i, j) = (cell % self.reach, cell / self.reach);
-            let value: f64 = rings.iter().map(|&r| per_area[r as usize]).sum();
+            let shares = &self.shares[ends[0] as usize..ends[1] as usize];
+            let value: f64 = shares.iter().map(|&(ring, n)| n * per_area[ring as usize]).sum();
             for column in [half - i, half + i] {
                 for line in [half - j, half + j] {
                     density[line * row + column] = value;
@@ -118,6 +143,16 @@ impl Rings {
 
     fn cell_area(&self, cells: &HalfVectorCells, i: usize, j: usize) -> f64 {
         cells.area((self.reach + j) * cells.row_length() + self.reach + i)
+    }
+}
+
+/// Rings of the slopes `(p, q)` for all `p`.
+#[simd]
+fn rings_of<S: Simd>(_: S, lanes: RingLanes, p: &[f32], q: f32, rings: &mut [u32]) {
+    let n = rings.len();
+    let p = &p[..n];
+    for k in 0..n {
+        rings[k] = lanes.ring(p[k], q);
     }
 }
 

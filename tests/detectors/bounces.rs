@@ -11,9 +11,12 @@ use asperity::scatter::facet_sum::{Azimuth, facet_sum};
 /// Largest difference in a share, beyond the scatter of the reference.
 const TOLERANCE: f64 = 0.005;
 
-/// Side of the map of the reference in correlation lengths. It holds one map for each slope and names its rms slope, which
-/// is up to 1.3 %, and in the root mean square 0.76 %, off the nominal one: a map of L correlation lengths scatters by
-/// `0.63 l / L`, so L is about 83 l. (1024 points at 12 points per l, as its companion tables were made, are 85.)
+/// What the reference says of itself: the shares of its one map per slope scatter by so much from map to map.
+const STATED_SCATTER: f64 = 0.005;
+
+/// Side of the map of the reference in correlation lengths: it names the rms slope of its map, which is up to 1.3 %, and
+/// in the root mean square 0.76 %, off the nominal one, and the slope of a map of L correlation lengths scatters by `0.63 l / L`.
+/// (1024 points at 12 points per l, as its companion tables were made, are 85.)
 const REFERENCE_SIDE: f64 = 85.0;
 
 /// Steep surfaces scatter from map to map: so many small ones instead of a few large.
@@ -21,7 +24,7 @@ const STEEP_MAPS: usize = 24;
 const STEEP_SIDE: usize = 256;
 const POINTS_PER_LENGTH: f64 = 12.0;
 
-/// Shares of 1, 2 and more bounces of each map.
+/// Shares of 1, 2 and more bounces of each map, stretched to the rms slope of its facets.
 fn shares(maps: &mut [HeightMap], slope: f64, theta_i: f64) -> Vec<[f64; 3]> {
     let all = Rings::equal_area(1).unwrap();
     maps.iter_mut()
@@ -38,9 +41,9 @@ fn shares(maps: &mut [HeightMap], slope: f64, theta_i: f64) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// Every share within 0.005 up to alpha 0.5, and within 0.005 and two standard errors of the one map of the reference at
-/// alpha 1. That error is measured here, on random maps of the same surface: shares are means over independent places, so
-/// their scatter falls with the side of the map.
+/// Every share within 0.005 up to alpha 0.5, and at alpha 1 within 0.005 and twice the scatter of the one map of the reference:
+/// what the reference states, or what random maps of its size and slope show here, whichever is more. Shares are means over
+/// independent places, so their scatter falls with the side of the map.
 #[test]
 fn bounces_of_gaussian_surfaces() {
     let Some(table) = reference::table("heightfield_bounces.csv") else { return };
@@ -62,8 +65,9 @@ fn bounces_of_gaussian_surfaces() {
                 "alpha {:.2} at {theta_i} deg, {name}: {:.4} +- {:.4}, reference {:.4} +- {of_one_map:.4}, off by {off:.4}",
                 row["alpha_beckmann"], e.value, e.standard_error, row[name]
             );
+            let scatter = if is_steep { of_one_map.max(STATED_SCATTER) } else { 0.0 };
             assert!(
-                off <= TOLERANCE + 2.0 * of_one_map,
+                off <= TOLERANCE + 2.0 * scatter,
                 "slope {slope} at {theta_i} deg, {name}: {e:?} against {} +- {of_one_map}",
                 row[name]
             );
