@@ -31,8 +31,7 @@ fn gloss_is_that_of_the_series() {
             let name = format!("G{:.0}_wave", theta_i.to_degrees());
             // Four standard deviations of slope stay below the phase-sampling limit.
             let limit = WAVELENGTH / (4.0 * theta_i.cos() * 4.0 * std::f64::consts::SQRT_2 * sq / acl);
-            // The receptor of 20 deg holds few speckles; those of 60 and 85 deg hold enough of half the map.
-            let size = if sq > 100e-9 && theta_i < 0.5 { 1024 } else { 512 };
+            let size = if sq > 100e-9 { 1024 } else { 512 };
             let map = gaussian(size, limit.min(acl / 8.0), sq, acl);
             let options = Options { method: Method::Kirchhoff, theta_i: vec![theta_i], ..Options::default() };
             let s = scatter(&map, &options, &|_| ()).unwrap();

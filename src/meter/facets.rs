@@ -4,24 +4,18 @@
 //! `K = int_{P(n)} R(cos_beta) V(wi, wo) (n . wi) / n.z dwi`
 //!
 //! with `P(n)` the part of the source stop that a facet of normal `n` mirrors into the receptor, an exact polygon
-//! ([`super::overlap`]), and V the share of facets neither hidden from the source nor from the receptor: Smith's of the
-//! measured slopes while it hides next to nothing, else that of the facets themselves ([`super::marched`]). K is smooth but for
-//! kinks where a stop's edge passes; [`super::slope_cells`] sums it.
+//! ([`super::overlap`]), and V the share of facets neither hidden from the source nor from the receptor (Smith's, of the
+//! measured slopes). K is smooth but for kinks where a stop's edge passes; [`super::slope_cells`] sums it.
 
 use super::geometry::Geometry;
-use super::marched::{LARGEST_FOR_SMITH, seen_share};
 use super::path::Path;
 use super::slope_cells::{Gathered, Means, Radial, Seen};
 use crate::error::{Error, Result};
 use crate::facets::distribution::{Hiding, hidden_excess};
-use crate::facets::visibility::HeightField;
 use crate::heightmap::HeightMap;
 use crate::math::Estimate;
 use crate::optics::Material;
 use glam::DVec3;
-
-/// Azimuths from which hidden facets are looked for when the average is over all: the hidden share varies little with it.
-const AZIMUTHS: u32 = 8;
 
 /// Which azimuths of the source to average over.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,13 +31,12 @@ pub enum Azimuths {
 pub struct FacetGloss {
     /// Gloss \[GU\]; its standard error is the scatter of 16 sub-areas over the root of their number.
     pub gloss: Vec<Estimate>,
-    /// Smith's Lambda at each angle of incidence: facet area hidden from the source per unit of lit area. The gloss accounts for
-    /// hidden facets; what light does after a second reflection it does not know.
+    /// Lambda at each angle of incidence: facet area hidden from the source per unit of lit area. The gloss accounts for
+    /// it as Smith's function does; what light does after a second reflection it does not know.
     pub hidden: Vec<f64>,
 }
 
-/// Gloss of the facets of `map`: single reflections of facets that are not hidden. Where Smith's function of the measured slopes
-/// hides more than a thousandth, the facets in question are asked one by one instead.
+/// Gloss of the facets of `map`: single reflections, hidden facets by Smith's function of the measured slopes.
 ///
 /// # Errors
 /// `Error::Parameter` if the map has no facet, a geometry cannot exist or there is no azimuth.
@@ -69,18 +62,14 @@ pub fn facet_gloss(
     }
     let hiding = hiding(&radial.gradients(), paths.iter().flatten());
 
-    let mut field = None;
     let (mut gloss, mut hidden) = (Vec::new(), Vec::new());
     for (geometry, paths) in geometries.iter().zip(&paths) {
-        let lambda = hiding.as_ref().map_or(0.0, |h| h.lambda(geometry.theta_i.cos()));
-        let asked = 2.0 * lambda > LARGEST_FOR_SMITH;
         let means: Vec<Means> = paths
             .iter()
             .map(|path| {
                 let kernel = |n: DVec3| {
                     path.facet(n, |cos_beta, wi, wo| {
-                        let smith = hiding.as_ref().filter(|_| !asked);
-                        let seen = smith.map_or(1.0, |h| h.visible(wi.z, wo.z));
+                        let seen = hiding.as_ref().map_or(1.0, |h| h.visible(wi.z, wo.z));
                         material.reflectance(cos_beta) * seen
                     })
                 };
@@ -90,28 +79,14 @@ pub fn facet_gloss(
                 }
             })
             .collect();
-        let seen = if asked {
-            let field = field.get_or_insert_with(|| HeightField::new(map));
-            match azimuths {
-                Azimuths::All => seen_share(field, &turned(geometry), material),
-                Azimuths::At(_) => seen_share(field, paths, material),
-            }
-        } else {
-            None
-        };
-        let scale = seen.unwrap_or(1.0) * geometry.units_per_flux() / means.len() as f64;
+        let scale = geometry.units_per_flux() / means.len() as f64;
         let parts: Vec<f64> =
             (0..means[0].parts.len()).map(|k| scale * means.iter().map(|m| m.parts[k]).sum::<f64>()).collect();
         let value = scale * means.iter().map(|m| m.whole).sum::<f64>();
         gloss.push(Estimate { value, ..Estimate::from_repeats(&parts) });
-        hidden.push(lambda);
+        hidden.push(hiding.as_ref().map_or(0.0, |h| h.lambda(geometry.theta_i.cos())));
     }
     Ok(FacetGloss { gloss, hidden })
-}
-
-/// The path at evenly spaced azimuths.
-fn turned(geometry: &Geometry) -> Vec<Path> {
-    (0..AZIMUTHS).map(|k| geometry.path(std::f64::consts::TAU * f64::from(k) / f64::from(AZIMUTHS))).collect()
 }
 
 /// Masking and shadowing of the gradients; `None` if no facet is steep enough to hide another from these paths.

@@ -127,7 +127,7 @@ impl<'a> WaveField<'a> {
             .collect();
         let least = bin / axes[0];
         let total: f64 = nearest.iter().map(|b| b.1).sum();
-        let tenth = radius_holding(&mut nearest, 0.1 * total);
+        let tenth = if total > 0.0 { radius_holding(&mut nearest, 0.1 * total) } else { None };
         tenth.map_or(1.0, |radius| radius / 0.459).max(least)
     }
 
@@ -187,7 +187,7 @@ fn radius_holding(mut bins: &mut [(f64, f64)], mut wanted: f64) -> Option<f64> {
             bins = far;
         }
     }
-    bins.first().filter(|b| b.1 > wanted).map(|b| b.0)
+    bins.first().map(|b| b.0)
 }
 
 /// Mean of equally large spectra with their parts of the whole.
