@@ -1,4 +1,5 @@
-//! Lookups and draws of a table beside their rivals, and what the draws are worth: `cargo bench --bench sampling`.
+//! Lookups and draws of a table beside their rivals, and what the draws are worth: `cargo bench --bench sampling`; size of
+//! a table against its error as CSV at the end.
 //!
 //! One thread. A Gaussian surface of alpha 0.02 (Sq 0.1 um, autocorrelation length 10 um), n = 1.5, 13 incident angles, isotropic;
 //! the same stretched threefold along y as an anisotropic table of 12 azimuths.
@@ -62,6 +63,11 @@ fn lookups(c: &mut Criterion) {
         let draw =
             |b: &dyn Brdf| queries.iter().filter_map(|q| b.sample(q.0, q.2)).map(|s| s.weight + s.pdf).sum::<f64>();
         g.bench_function("sample with weight and pdf", |b| b.iter(|| draw(black_box(brdf))));
+        let (sources, numbers): (Vec<DVec3>, Vec<[f64; 2]>) = queries.iter().map(|q| (q.0, q.2)).unzip();
+        let mut drawn = vec![None; queries.len()];
+        g.bench_function("sample with weight and pdf, many at once", |b| {
+            b.iter(|| black_box(brdf).sample_many(&sources, &numbers, black_box(&mut drawn)));
+        });
         g.bench_function("eval", |b| b.iter(|| queries.iter().map(|q| brdf.eval(q.0, q.1)).sum::<f64>()));
         g.bench_function("pdf", |b| b.iter(|| queries.iter().map(|q| brdf.pdf(q.0, q.1)).sum::<f64>()));
         g.bench_function("eval and pdf", |b| {
@@ -154,6 +160,44 @@ fn variance(_: &mut Criterion) {
     }
 }
 
+/// Mean absolute difference to a finer table relative to its energy, by its draws.
+fn mean_difference(brdf: &TableBrdf, finer: &TableBrdf, theta_i: f64) -> f64 {
+    let wi = direction(theta_i, 0.3);
+    let mut rng = CounterRng::new(8, 0, 0);
+    let (mut difference, mut sum) = (0.0, 0.0);
+    for _ in 0..20_000 {
+        if let Some(s) = finer.sample(wi, [rng.uniform(), rng.uniform()]).filter(|s| !s.specular) {
+            difference += (brdf.eval(wi, s.wo) / finer.eval(wi, s.wo) - 1.0).abs() * s.weight;
+            sum += s.weight;
+        }
+    }
+    difference / sum
+}
+
+/// What a tolerance costs and what it buys, as CSV: the table keeps the angles that half the tolerance asks for.
+fn sizes(_: &mut Criterion) {
+    println!("alpha,tolerance,cells,theta_i,density_bytes,l1_20deg,l1_60deg,l1_84deg");
+    for sq in [0.015e-6, 0.15e-6, 1.5e-6] {
+        let map = map(sq, 1e-6);
+        let tabulate = |tolerance: f64, fewest: bool| {
+            let options =
+                Options { tolerance, symmetry: Symmetry::Isotropic, method: Method::Facets, ..Options::default() };
+            let table = Table::from_scatter(&scatter(&map, &options, &|_| ()).expect("facets"), Provenance::default());
+            let all: Vec<usize> = (0..table.theta_i().len()).collect();
+            let kept = if fewest { table.needed_theta_i(0.5 * tolerance) } else { all };
+            TableBrdf::new(table.at_nodes(&kept, &[0])).expect("a table")
+        };
+        let finest = tabulate(6e-4, false);
+        for tolerance in [0.08, 0.04, 0.02, 0.01, 0.005, 0.0025] {
+            let brdf = tabulate(tolerance, true);
+            let (cells, angles) = (brdf.table().cells().len(), brdf.table().theta_i().len());
+            let [a, b, c] = [20.0f64, 60.0, 84.0].map(|t| mean_difference(&brdf, &finest, t.to_radians()));
+            let alpha = 2.0 * sq / 10e-6;
+            println!("{alpha:.3},{tolerance},{cells},{angles},{},{a:.5},{b:.5},{c:.5}", 8 * cells * angles);
+        }
+    }
+}
+
 criterion_group! {
     name = sampling;
     config = Criterion::default()
@@ -161,6 +205,6 @@ criterion_group! {
         .warm_up_time(Duration::from_millis(200))
         .measurement_time(Duration::from_millis(800))
         .without_plots();
-    targets = lookups, building, variance
+    targets = lookups, building, variance, sizes
 }
 criterion_main!(sampling);

@@ -18,7 +18,7 @@
 //! # Rooms, from the ground floor up; a file uses lower floors and its own folder only
 //!
 //! `error`, `output`, `npy`, `archive`, `columns`, [`math`] · [`optics`] · [`heightmap`] · [`facets`] · [`scatter`] · [`table`], [`model`] ·
-//! [`sample`], [`fit`] · [`meter`], [`render`] · [`chart`] · [`report`] · [`cli`]
+//! [`sample`], [`fit`] · [`meter`], [`render`] · [`chart`], [`figure`] · [`report`], [`bench`] · [`cli`]
 //!
 //! # The whole pipeline
 //!
@@ -44,11 +44,13 @@
 //! ```
 
 pub mod archive;
+pub mod bench;
 pub mod chart;
 pub mod cli;
 pub mod columns;
 pub mod error;
 pub mod facets;
+pub mod figure;
 pub mod fit;
 pub mod heightmap;
 pub mod math;

@@ -12,7 +12,7 @@ use asperity::scatter::{Method, Options, Symmetry, scatter};
 use asperity::table::{Provenance, Table};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::OnceLock;
 
 const DRAWS: u64 = 10_000_000;
@@ -174,6 +174,38 @@ fn ten_million_draws_follow_the_pdf() {
     }
 }
 
+/// Runs of draws are the draws one by one, for every material, for light from above, along the horizon and from below.
+#[test]
+fn many_draws_are_single_draws() {
+    let metal = Material::Conductor { n: 0.2, k: 3.4 };
+    let plain = |material| table(&rough([1e-6; 2], [0.0; 2]), Symmetry::Isotropic, material);
+    let others = [plain(Material::Mirror), plain(metal), near_mirror(0.0)];
+    for brdf in tables().iter().chain(&others) {
+        let mut rng = CounterRng::new(21, 0, 0);
+        let n = 5003;
+        let mut wi: Vec<DVec3> = (0..n).map(|_| direction(1.65 * rng.uniform(), TAU * rng.uniform())).collect();
+        (wi[3], wi[40]) = (DVec3::Z, direction(FRAC_PI_2 - 1e-6, 1.0));
+        let u: Vec<[f64; 2]> = (0..n).map(|_| [rng.uniform(), rng.uniform()]).collect();
+        let mut many = vec![None; n];
+        brdf.sample_many(&wi, &u, &mut many);
+        let mut landed = 0;
+        for k in 0..n {
+            match (many[k], brdf.sample(wi[k], u[k])) {
+                (Some(a), Some(b)) => {
+                    landed += 1;
+                    let specular = a.specular && b.specular && a.pdf == b.pdf;
+                    assert!(specular || (a.pdf / b.pdf - 1.0).abs() < 1e-4, "{a:?} {b:?}");
+                    assert!((a.wo - b.wo).length() < 1e-6 && (a.weight / b.weight - 1.0).abs() < 1e-4, "{a:?} {b:?}");
+                }
+                (None, None) => {}
+                // At the very horizon rounding decides.
+                (a, b) => assert!(a.or(b).is_some_and(|s| s.wo.z < 1e-6), "{a:?} {b:?} for {:?}", wi[k]),
+            }
+        }
+        assert!(landed > n / 2, "{landed}");
+    }
+}
+
 /// The control: draws for a source a third of a degree away must not pass.
 #[test]
 fn a_wrong_direction_is_noticed() {
@@ -183,8 +215,7 @@ fn a_wrong_direction_is_noticed() {
     assert!(test(&counts[0], &partitions[0].masses).2 < 1e-9);
 }
 
-/// Every node's alias columns add up to one, draw no empty cell, and their weights to about the energy of the glossy rest:
-/// they guide the draws, the pdf keeps the books.
+/// Every node's alias columns add up to one, draw no empty cell, and their weights to the energy of the glossy rest.
 #[test]
 fn alias_mass_is_that_of_the_table() {
     for brdf in tables() {
@@ -196,8 +227,9 @@ fn alias_mass_is_that_of_the_table() {
             assert_eq!(probabilities.len(), table.cells().len());
             assert!((probabilities.iter().sum::<f64>() - 1.0).abs() < 1e-12);
             let facts = table.node(node / phis, node % phis);
+            // What is more serves cells that lie below the horizon of this node.
             let surplus = alias.total() / (facts.albedo - facts.diffuse) - 1.0;
-            assert!(surplus.abs() < 0.03, "node {node}: {} {facts:?}", alias.total());
+            assert!((-1e-9..0.01).contains(&surplus), "node {node}: {} {facts:?}", alias.total());
         }
     }
 }

@@ -29,7 +29,7 @@ fn lambda(alpha: f64, cos: f64) -> f64 {
 
 /// The Beckmann formula as an instrument without noise would count it into cells.
 fn by_formula(alpha: f64, material: Material, theta_i: &[f64], tolerance: f64) -> Table {
-    let mut statistics = SlopeStatistics::measure(&gaussian(0.1, 64)).unwrap();
+    let mut statistics = SlopeStatistics::measure(&gaussian(alpha, 256)).unwrap();
     statistics.sdq = alpha;
     statistics.core = 1.0;
     // A formula is a map of very many facets: nothing in it is low by chance.
@@ -91,8 +91,8 @@ fn mean_difference(f: &dyn Brdf, g: &dyn Brdf, theta_i: f64) -> f64 {
     difference / sum
 }
 
-/// Evaluation error and gloss against table size, over two decades of roughness. At the default tolerance the error is below
-/// twice the tolerance and gloss within 0.2 GU; a finer table is nearer.
+/// Evaluation error and gloss against table size, over two decades of roughness. The error is below
+/// the tolerance at every angle, gloss within 0.2 GU; a finer table is nearer.
 #[test]
 fn a_beckmann_lobe_keeps_its_values_and_its_gloss() {
     let theta_i = Options::default().theta_i;
@@ -112,10 +112,7 @@ fn a_beckmann_lobe_keeps_its_values_and_its_gloss() {
                 "{alpha:<6}  {tolerance:<9}  {size:<15}  {:.4} {:.4} {:.4}            {:+.3} {:+.3} {:+.3}",
                 l1[0], l1[1], l1[2], errors[0], errors[1], errors[2]
             );
-            // Above alpha 0.2 something else than the size of the cells is left over at oblique incidence, below 2 %.
-            let left_over = if alpha > 0.2 { 0.02 } else { 0.0 };
-            let limit = f64::max(2.0 * tolerance, left_over);
-            assert!(l1.iter().all(|e| *e < limit), "alpha {alpha}, tolerance {tolerance}: {l1:?}");
+            assert!(l1.iter().all(|e| *e < tolerance), "alpha {alpha}, tolerance {tolerance}: {l1:?}");
             if tolerance <= 0.01 {
                 assert!(errors.iter().all(|e| e.abs() < 0.2), "alpha {alpha}, tolerance {tolerance}: {errors:?}");
             }
@@ -125,10 +122,27 @@ fn a_beckmann_lobe_keeps_its_values_and_its_gloss() {
     }
 }
 
-fn table_gloss(map: &HeightMap, symmetry: Symmetry) -> ([f64; 3], bool, usize) {
+/// Whose word is taken on what a table's facets hide.
+#[derive(Clone, Copy, PartialEq)]
+enum Sight {
+    /// Each facet is asked where it matters.
+    Default,
+    /// Smith's function everywhere, as the gloss of the facets has it.
+    Smith,
+}
+
+fn table_gloss(map: &HeightMap, symmetry: Symmetry, sight: Sight) -> ([f64; 3], bool, usize) {
     // The facets tell of single reflections only; at 85 deg second ones bring a rough map some units more.
     let options = Options { method: Method::Geometric, symmetry, bounces: 1, ..Options::default() };
-    let scattered = scatter(map, &options, &|_| ()).unwrap();
+    let mut scattered = scatter(map, &options, &|_| ()).unwrap();
+    if sight == Sight::Smith {
+        let hiding = scattered.statistics.hiding();
+        for (&theta, row) in scattered.theta_i.iter().zip(&mut scattered.tallies) {
+            for (&phi, tally) in scattered.phi_i.iter().zip(row) {
+                *tally = scattered.density.tally(&scattered.cells, direction(theta, phi), &options.material, &hiding);
+            }
+        }
+    }
     let isotropic = scattered.isotropic;
     let brdf = TableBrdf::new(Table::from_scatter(&scattered, Provenance::default())).unwrap();
     let azimuths = if isotropic { vec![0.0] } else { vec![0.0, 0.7, 1.5, 2.3] };
@@ -136,8 +150,9 @@ fn table_gloss(map: &HeightMap, symmetry: Symmetry) -> ([f64; 3], bool, usize) {
     (Geometry::standard_three().map(|g| gloss(&brdf, &g, &reading).value), isotropic, brdf.table().cells().len())
 }
 
-fn same_gloss(name: &str, map: &HeightMap, symmetry: Symmetry) {
-    let (by_table, isotropic, cells) = table_gloss(map, symmetry);
+/// Gloss of the table less that of the facets at 20, 60, 85 deg, which must be below 0.2 GU.
+fn same_gloss(name: &str, map: &HeightMap, symmetry: Symmetry, sight: Sight) {
+    let (by_table, isotropic, cells) = table_gloss(map, symmetry, sight);
     let azimuths = if isotropic { Azimuths::All } else { Azimuths::At(vec![0.0, 0.7, 1.5, 2.3]) };
     let glass = Material::Dielectric { n: 1.5 };
     let by_facets = facet_gloss(map, &glass, &Geometry::standard_three(), &azimuths).unwrap();
@@ -156,10 +171,23 @@ fn same_gloss(name: &str, map: &HeightMap, symmetry: Symmetry) {
 
 #[test]
 fn gloss_of_a_synthesised_map_is_that_of_its_facets() {
-    // Rougher ones hide facets at 85 deg, by Smith's function here and by asking each there: another comparison.
     for alpha in [0.003, 0.01, 0.03] {
-        same_gloss(&format!("alpha {alpha}"), &gaussian(alpha, 512), Symmetry::Isotropic);
+        same_gloss(&format!("alpha {alpha}"), &gaussian(alpha, 512), Symmetry::Isotropic, Sight::Default);
     }
+}
+
+/// From alpha 0.1 on, facets hide one another at 85 deg otherwise than Smith's function says, by a quarter of a gloss unit: with the same
+/// word on what is hidden, table and facets say the same.
+#[test]
+fn gloss_of_a_rough_map_is_that_of_its_facets_under_the_same_masking() {
+    for alpha in [0.1, 0.3] {
+        same_gloss(&format!("alpha {alpha}, Smith"), &gaussian(alpha, 512), Symmetry::Isotropic, Sight::Smith);
+    }
+    let map = gaussian(0.1, 512);
+    let [traced, smith] =
+        [Sight::Default, Sight::Smith].map(|sight| table_gloss(&map, Symmetry::Isotropic, sight).0[2]);
+    println!("alpha 0.1 at 85 deg: facets asked one by one {traced:.3}, Smith {smith:.3}");
+    assert!((traced - smith).abs() > 0.1);
 }
 
 #[test]
@@ -171,11 +199,59 @@ fn gloss_of_every_bundled_map_is_that_of_its_facets() {
         if path.extension().is_some_and(|e| e == "x3p") {
             let raw = read::read(&path, &read::ReadOptions::default()).unwrap();
             let map = level::level(&raw, Edges::Open).unwrap();
-            same_gloss(&path.file_stem().unwrap().to_string_lossy(), &map, Symmetry::Auto);
+            same_gloss(&path.file_stem().unwrap().to_string_lossy(), &map, Symmetry::Auto, Sight::Default);
             seen += 1;
         }
     }
     assert!(seen >= 7, "{seen}");
+}
+
+/// Table size against error: as many incident angles as the tolerance asks for, and no more. Between them the formula is
+/// met to the tolerance.
+#[test]
+fn tolerance_chooses_the_incident_angles() {
+    let theta_i = Options::default().theta_i;
+    println!("alpha   tolerance  cells  angles  bytes     L1 20 / 45 / 78 / 84.5 deg");
+    for alpha in [0.003, 0.03, 0.1, 0.3, 0.5] {
+        let formula = model::parse(&format!("beckmann:alpha={alpha},n=1.5"), 550e-9).unwrap();
+        for tolerance in [0.04, 0.01] {
+            let table = by_formula(alpha, Material::Dielectric { n: 1.5 }, &theta_i, tolerance);
+            let kept = table.needed_theta_i(0.5 * tolerance);
+            let small = table.at_nodes(&kept, &[0]);
+            assert_eq!(small.needed_theta_i(0.0).len(), kept.len());
+            assert!(kept.len() < theta_i.len(), "alpha {alpha}: {kept:?}");
+            let bytes = small.cells().len() * kept.len() * 8;
+            let brdf = TableBrdf::new(small).unwrap();
+            let l1 = [20.0f64, 45.0, 78.0, 84.5].map(|t| mean_difference(&brdf, formula.as_ref(), t.to_radians()));
+            println!(
+                "{alpha:<6}  {tolerance:<9}  {:<5}  {:<6}  {bytes:<8}  {:.4} {:.4} {:.4} {:.4}",
+                brdf.table().cells().len(),
+                kept.len(),
+                l1[0],
+                l1[1],
+                l1[2],
+                l1[3]
+            );
+            assert!(l1.iter().all(|e| *e < tolerance), "alpha {alpha}, tolerance {tolerance}: {l1:?}");
+        }
+    }
+}
+
+/// A cell that no ray met is not known to be dark: its error is that of three rays.
+#[test]
+fn an_empty_cell_of_a_ray_table_has_an_error() {
+    let options = Options { method: Method::Rays, rays: 2000, symmetry: Symmetry::Isotropic, ..Options::default() };
+    let options = Options { theta_i: vec![30f64.to_radians()], ..options };
+    let table = Table::from_scatter(&scatter(&gaussian(0.1, 128), &options, &|_| ()).unwrap(), Provenance::default());
+    let wi = direction(30f64.to_radians(), 0.0);
+    let mut empty = 0;
+    for k in 0..2000 {
+        let (theta, phi) = (0.0005 * f64::from(k) * 1.4, 0.7 * f64::from(k));
+        let e = table.estimate(wi, direction(theta, phi));
+        assert!(e.standard_error > 0.0 && e.standard_error.is_finite(), "{theta} {phi}: {e:?}");
+        empty += i32::from(e.value == 0.0);
+    }
+    assert!(empty > 100, "{empty}");
 }
 
 /// Full width at half maximum 2 deg, nodes at 40 and 50 deg, source at 45: one lobe, at its place, as high as it should be.

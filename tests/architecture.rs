@@ -12,8 +12,8 @@ const FLOORS: [&[&str]; 11] = [
     &["table", "model"],
     &["sample", "fit"],
     &["render", "meter"],
-    &["chart"],
-    &["report"],
+    &["chart", "figure"],
+    &["report", "bench"],
     &["cli"],
 ];
 

@@ -228,13 +228,22 @@ impl Raster {
     /// # Errors
     /// `Error::Io` naming `path`.
     pub fn save_png(&self, path: &Path) -> Result<()> {
+        let bytes = self.png_bytes().map_err(|e| Error::io(path, "write", e))?;
+        output::write_bytes(path, &bytes)
+    }
+
+    /// The bytes of a `.png` file.
+    ///
+    /// # Errors
+    /// `io::Error` if the sheet is too large for the format.
+    pub fn png_bytes(&self) -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
         let side = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         encoder
             .write_image(&self.rgb, side(self.width), side(self.height), image::ExtendedColorType::Rgb8)
-            .map_err(|e| Error::io(path, "write", std::io::Error::other(e)))?;
-        output::write_bytes(path, &bytes)
+            .map_err(std::io::Error::other)?;
+        Ok(bytes)
     }
 }
 

@@ -1,11 +1,17 @@
-//! `asperity correspondence`: what the meters read along one parameter of a model.
+//! `asperity correspondence`: what the meters read along one parameter of a model, or of Gaussian surfaces by rays and by
+//! waves.
 
 use super::print_json;
+use super::progress::Bar;
 use super::quantity;
 use crate::chart::parameter_chart;
+use crate::chart::ray_wave::ray_wave_chart;
 use crate::meter::Options;
 use crate::meter::correspondence::{Row, correspondence, ratios};
+use crate::meter::ray_wave::{Plan, Reading, ray_wave};
 use crate::model;
+use crate::optics::Material;
+use crate::optics::material::STANDARD_GLASS_INDEX;
 use crate::output::write_bytes;
 use clap::Args;
 use serde_json::json;
@@ -24,14 +30,20 @@ pub struct Arguments {
     /// Values of the parameter, in equal ratios
     #[arg(long, default_value_t = 19, value_parser = clap::value_parser!(u32).range(2..=1000))]
     steps: u32,
+    /// Gloss by rays and by waves of Gaussian surfaces instead: Sq 20 nm to 2 um, autocorrelation length 3 um to 100 um
+    #[arg(long, conflicts_with_all = ["model", "vary", "steps"])]
+    surfaces: bool,
+    /// Points along each side of those surfaces
+    #[arg(long, default_value_t = 256, requires = "surfaces", value_name = "N")]
+    size: usize,
     /// Wavelength at which materials are looked up
     #[arg(long, value_parser = quantity::length, default_value = "550nm")]
     wavelength: f64,
     /// Write the tables as CSV
     #[arg(short, long, value_name = "FILE.csv")]
     output: Option<PathBuf>,
-    /// Draw the first table
-    #[arg(long, value_name = "FILE.png")]
+    /// Draw the first table (.png; with --surfaces .svg too)
+    #[arg(long, value_name = "FILE")]
     chart: Option<PathBuf>,
 }
 
@@ -51,6 +63,9 @@ const USUAL: [(&str, &str, f64, f64); 3] = [
 ];
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
+    if a.surfaces {
+        return surfaces(a, json);
+    }
     let options = Options { tolerance: 0.01, max_points: 32768, ..Options::default() };
     let mut tables = Vec::new();
     for family in families(a)? {
@@ -144,4 +159,81 @@ fn draw(family: &Family, rows: &[Row]) -> crate::chart::Raster {
         curve("haze", &|r| r.haze.value),
     ];
     parameter_chart(&family.model, &family.key, "gloss and haze, GU", &curves)
+}
+
+/// Surfaces of `--surfaces`: polished to matt, short to long structures.
+const SURFACES_SQ_NM: [f64; 11] = [20.0, 30.0, 50.0, 80.0, 120.0, 200.0, 300.0, 500.0, 800.0, 1200.0, 2000.0];
+const SURFACES_ACL_UM: [f64; 7] = [3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0];
+
+/// Rays against waves over Sq and autocorrelation length.
+fn surfaces(a: &Arguments, json: bool) -> anyhow::Result<()> {
+    let plan = Plan {
+        sq: SURFACES_SQ_NM.map(|v| v * 1e-9).to_vec(),
+        acl: SURFACES_ACL_UM.map(|v| v * 1e-6).to_vec(),
+        wavelength: a.wavelength,
+        material: Material::Dielectric { n: STANDARD_GLASS_INDEX },
+        size: a.size,
+        seed: 1,
+    };
+    let bar = Bar::new("surfaces", 1);
+    let readings = ray_wave(&plan, &|share| bar.set(0, share))?;
+    bar.finish();
+    if let Some(path) = &a.output {
+        write_bytes(path, surfaces_csv(&readings).as_bytes())?;
+    }
+    if let Some(path) = &a.chart {
+        let title = format!(
+            "Gloss of Gaussian surfaces of black glass: waves less rays, {:.0} nm, {1} x {1} points",
+            a.wavelength * 1e9,
+            a.size
+        );
+        let drawing = ray_wave_chart(&readings, a.wavelength, &title);
+        match path.extension().and_then(|e| e.to_str()) {
+            Some("svg") => write_bytes(path, drawing.to_svg().as_bytes())?,
+            _ => drawing.to_raster().save_png(path)?,
+        }
+    }
+    if json {
+        let list: Vec<_> = readings
+            .iter()
+            .map(|r| {
+                json!({
+                    "Sq_m": r.sq, "acl_m": r.acl, "theta_i_deg": r.theta_i.to_degrees(), "g": r.g, "ray": r.ray,
+                    "wave": r.wave, "wave_in_doubt": r.doubt,
+                })
+            })
+            .collect();
+        return print_json(&json!({ "surfaces": list, "wavelength_nm": a.wavelength * 1e9 }));
+    }
+    println!("{:>8}  {:>8}  {:>7}  {:>8}  {:>9}  {:>9}", "Sq, nm", "ACL, um", "theta_i", "g", "rays, GU", "waves, GU");
+    for r in &readings {
+        let (sq, acl, star) = (r.sq * 1e9, r.acl * 1e6, if r.doubt { " *" } else { "" });
+        let (theta, g, ray, wave) = (r.theta_i.to_degrees(), r.g, r.ray.value, r.wave.value);
+        println!("{sq:>8.1}  {acl:>8.2}  {theta:>7.0}  {g:>8.3}  {ray:>9.3}  {wave:>9.3}{star}");
+    }
+    println!("* second bounces or sharp curvature: the wave calculation is in doubt too");
+    a.output.iter().chain(&a.chart).for_each(|path| println!("wrote {}", path.display()));
+    Ok(())
+}
+
+fn surfaces_csv(readings: &[Reading]) -> String {
+    let mut csv = String::from(
+        "sq_nm,acl_um,theta_i_deg,g,ray_gu,ray_standard_error,wave_gu,wave_standard_error,wave_in_doubt\n",
+    );
+    for r in readings {
+        let _ = writeln!(
+            csv,
+            "{:.4},{:.4},{:.0},{:.5},{:.4},{:.4},{:.4},{:.4},{}",
+            r.sq * 1e9,
+            r.acl * 1e6,
+            r.theta_i.to_degrees(),
+            r.g,
+            r.ray.value,
+            r.ray.standard_error,
+            r.wave.value,
+            r.wave.standard_error,
+            r.doubt
+        );
+    }
+    csv
 }

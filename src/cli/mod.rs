@@ -1,10 +1,12 @@
 //! Floor 10: one file per verb; each reads, calls the library and prints.
 
+mod bench;
 mod brdf;
 mod check;
 mod convert;
 mod correspondence;
 mod eval;
+mod figure;
 mod fit;
 mod fit_target;
 mod gloss;
@@ -77,6 +79,8 @@ enum Verb {
     Render(render::Arguments),
     /// Height map to another format (.x3p, .sdf, .npy, 16-bit .png), or to a picture in colour
     Convert(convert::Arguments),
+    /// Time against error of every method; what auto chooses; how cost grows; the budgets
+    Bench(bench::Arguments),
     /// Make a synthetic height map (.x3p, .npy or .sdf)
     Synth(synth::Arguments),
     /// The BRDF models with their parameters and ranges, and the materials of the library
@@ -109,6 +113,7 @@ pub fn run() -> std::process::ExitCode {
         Verb::Tiles(a) => tiles::run(&a, cli.json),
         Verb::Render(a) => render::run(&a, cli.json),
         Verb::Convert(a) => convert::run(&a, cli.json),
+        Verb::Bench(a) => bench::run(&a, cli.json),
         Verb::Synth(a) => synth::run(&a, cli.json),
         Verb::Models(a) => models::run(&a, cli.json),
     };

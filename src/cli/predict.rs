@@ -6,14 +6,15 @@ use super::progress::Bar;
 use super::scatter_options::ScatterOptions;
 use super::source::file_name;
 use super::tiles::{Look, caption};
-use crate::chart::{GlossPoint, gloss_vs_roughness};
+use crate::chart::{GlossPoint, gloss_vs_roughness, height_preview};
 use crate::error::{Error, Result};
 use crate::heightmap::prepare::Report;
 use crate::heightmap::read::is_candidate;
 use crate::meter::Holds;
 use crate::output::write_bytes;
 use crate::render::{Tile, TilesOptions, render_tiles};
-use crate::report::{Prediction, csv, predict};
+use crate::report::html::{Page, Section, page};
+use crate::report::{Prediction, Settings, csv, predict};
 use crate::scatter::Decision;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -43,6 +44,10 @@ pub struct Arguments {
 struct Done {
     map: PathBuf,
     preparation: Report,
+    /// Points across and down, their distances \[m\], and a picture of the heights (.png).
+    size: [usize; 2],
+    pitch: [f64; 2],
+    heights: Vec<u8>,
     prediction: Prediction,
     table: PathBuf,
     seconds: f64,
@@ -85,7 +90,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     done.sort_by(|x, y| {
         x.prediction.sq.total_cmp(&y.prediction.sq).then_with(|| x.prediction.name.cmp(&y.prediction.name))
     });
-    let outputs = if done.is_empty() { Vec::new() } else { summarise(a, &look, &done)? };
+    let outputs = if done.is_empty() { Vec::new() } else { summarise(a, &settings, &look, &done, &failures)? };
     if json {
         print_json(&as_json(&done, &failures, &outputs, start.elapsed().as_secs_f64()))?;
     } else {
@@ -120,7 +125,7 @@ fn one_map(
     a: &Arguments,
     path: &Path,
     stem: &str,
-    settings: &crate::report::Settings,
+    settings: &Settings,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Done> {
     let start = Instant::now();
@@ -131,8 +136,13 @@ fn one_map(
     })?;
     let table = a.output.join(format!("{stem}.npz"));
     prediction.brdf.table().save(&table)?;
+    let map = &prepared.map;
+    let heights = height_preview(map, PREVIEW).png_bytes().map_err(|e| Error::io(path, "draw", e))?;
     Ok(Done {
         map: path.to_owned(),
+        size: [map.width(), map.height()],
+        pitch: [map.pitch_x, map.pitch_y],
+        heights,
         preparation: prepared.report,
         prediction,
         table,
@@ -140,8 +150,14 @@ fn one_map(
     })
 }
 
-/// CSV, chart and tiles over all maps that went through.
-fn summarise(a: &Arguments, look: &TilesOptions, done: &[Done]) -> anyhow::Result<Vec<PathBuf>> {
+/// CSV, chart, tiles and report over all maps that went through.
+fn summarise(
+    a: &Arguments,
+    settings: &Settings,
+    look: &TilesOptions,
+    done: &[Done],
+    failures: &[(PathBuf, Error)],
+) -> anyhow::Result<Vec<PathBuf>> {
     let mut outputs: Vec<PathBuf> = done.iter().map(|d| d.table.clone()).collect();
     let csv_path = a.output.join("gloss.csv");
     write_bytes(&csv_path, csv::gloss_csv(done.iter().map(|d| &d.prediction)).as_bytes())?;
@@ -170,16 +186,36 @@ fn summarise(a: &Arguments, look: &TilesOptions, done: &[Done]) -> anyhow::Resul
     let bar = Bar::new("tiles", 1);
     let picture = render_tiles(&tiles, look, &|share| bar.set(0, share))?;
     bar.finish();
-    for (name, save) in [("tiles.png", true), ("tiles.exr", false)] {
+    for name in ["tiles.png", "tiles.exr"] {
         let path = a.output.join(name);
-        if save {
-            picture.save_png(&path)?
-        } else {
-            picture.save_exr(&path)?
-        }
+        picture.save(&path)?;
         outputs.push(path);
     }
+    let report = a.output.join("report.html");
+    write_bytes(&report, report_page(settings, done, failures, &svg, &picture.picture().png_bytes()?).as_bytes())?;
+    outputs.push(report);
     Ok(outputs)
+}
+
+/// Width of the picture of the heights in the report \[pixels\].
+const PREVIEW: usize = 560;
+
+/// Everything on one page.
+fn report_page(settings: &Settings, done: &[Done], failures: &[(PathBuf, Error)], chart: &str, tiles: &[u8]) -> String {
+    fn section(d: &Done) -> Section<'_> {
+        Section {
+            prediction: &d.prediction,
+            size: d.size,
+            pitch: d.pitch,
+            preparation: d.preparation.to_string(),
+            doubts: d.preparation.warnings.iter().map(ToString::to_string).collect(),
+            table: file_name(&d.table),
+            heights: d.heights.clone(),
+        }
+    }
+    let sections = done.iter().map(section).collect();
+    let failed = failures.iter().map(|(path, e)| (file_name(path), e.to_string())).collect();
+    page(&Page { sections, settings, chart, tiles, failed })
 }
 
 /// The files to read: those named, and from a folder those that are or claim to be height maps, by name.

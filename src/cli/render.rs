@@ -1,14 +1,16 @@
 //! `asperity render`: a picture of a scene file; radiance read back from a picture.
 
+use super::figure;
 use super::map_options::MapOptions;
 use super::print_json;
 use super::progress::Bar;
 use super::scatter_options::ScatterOptions;
 use super::source::Source;
 use crate::error::{Error, Result};
+use crate::figure::Settings;
 use crate::optics::Brdf;
-use crate::render::description::{Picturing, Wanted};
-use crate::render::{Description, Estimator, Film, Picture, RenderWarning, render, save_exr};
+use crate::render::description::{PAGE, Picturing, Wanted};
+use crate::render::{Description, Estimator, Film, Picture, RenderWarning, render_with_report, save_exr};
 use clap::{Args, Parser};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -16,17 +18,25 @@ use std::time::Instant;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Scene file (.toml); every key is explained at the head of the module `render::description` and in docs/scene.md
-    #[arg(required_unless_present = "read", conflicts_with = "read", value_name = "SCENE.toml")]
+    /// A figure of the paper (fig7, fig8, fig9, fig11, fig12, fig13, fig14) or a scene file (.toml); --explain prints what
+    /// may be in a scene file
+    #[arg(required_unless_present_any = ["read", "explain"], conflicts_with_all = ["read", "explain"], value_name = "FIGURE|SCENE.toml")]
     scene: Option<PathBuf>,
     /// Picture to write, may be repeated: .exr (radiance with standard errors and sample counts), .png (exposed, sRGB)
-    #[arg(short, long, required_unless_present = "read", value_name = "FILE")]
+    #[arg(short, long, required_unless_present_any = ["read", "explain", "reference"], value_name = "FILE")]
     output: Vec<PathBuf>,
     #[command(flatten)]
     quality: Quality,
+    /// Print the page that explains scene files
+    #[arg(long, conflicts_with = "read")]
+    explain: bool,
     /// Read radiances [W/(m2 sr)] back from an .exr picture instead
     #[arg(long, value_name = "FILE.exr")]
     read: Option<PathBuf>,
+    /// Of fig7, instead of a picture: root-mean-square errors of uniform and of alias sampling on the spheres, against a
+    /// reference of this many paths a pixel
+    #[arg(long, requires = "scene", conflicts_with = "output", value_name = "PATHS")]
+    reference: Option<u32>,
     /// Pixel to read, column and row from the top left; may be repeated [default: the mean of all]
     #[arg(long, requires = "read", value_name = "X,Y", value_parser = pixel)]
     pixel: Vec<[usize; 2]>,
@@ -45,6 +55,9 @@ pub struct Quality {
     /// Paths per pixel, or the most of them with --error
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
+    /// Stop each block of pixels when its error is this share of its radiance, such as 2%
+    #[arg(long, value_parser = share)]
+    error: Option<f64>,
     /// Longest path in straight pieces: 1 shows lamps only, 2 direct light, 3 one reflection of it
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     depth: Option<u32>,
@@ -69,13 +82,21 @@ impl Quality {
             width: self.width.or(file.width),
             height: self.height.or(file.height),
             samples: self.spp.or(file.samples),
-            error: file.error,
+            error: self.error.or(file.error),
             depth: self.depth.or(file.depth),
             seed: self.seed.or(file.seed),
             exposure: self.exposure.or(file.exposure),
             estimator: self.estimator.or(file.estimator),
         })
     }
+}
+
+fn share(text: &str) -> std::result::Result<f64, String> {
+    let number = text.trim().trim_end_matches('%').trim().parse::<f64>().ok();
+    number
+        .filter(|e| *e > 0.0 && *e < 100.0)
+        .map(|e| e / 100.0)
+        .ok_or_else(|| "write a percentage such as 2%".to_owned())
 }
 
 fn pixel(text: &str) -> std::result::Result<[usize; 2], String> {
@@ -140,10 +161,39 @@ pub fn write_outputs(film: &Film, comment: &str, exposure: f64, outputs: &[PathB
 }
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
+    if a.explain {
+        print!("{PAGE}");
+        return Ok(());
+    }
     match (&a.read, &a.scene) {
         (Some(path), _) => read_back(path, &a.pixel, json),
-        (None, Some(scene)) => picture(a, scene, json),
+        (None, Some(scene)) => match scene.to_str().filter(|name| figure::is_figure(name)) {
+            Some(name) => built_in(a, name, json),
+            None => picture(a, scene, json),
+        },
         (None, None) => Ok(()),
+    }
+}
+
+/// A figure of the paper.
+fn built_in(a: &Arguments, name: &str, json: bool) -> anyhow::Result<()> {
+    let q = &a.quality;
+    let fixed =
+        [("--height", q.height.is_some()), ("--depth", q.depth.is_some()), ("--estimator", q.estimator.is_some())];
+    if let Some((flag, _)) = fixed.iter().find(|(_, given)| *given) {
+        let advice = "figures take --width, --spp, --error, --seed and --exposure";
+        return Err(Error::parameter(format!("{flag} cannot change {name}, which has its own"), advice).into());
+    }
+    let settings = Settings { width: q.width, samples: q.spp, error: q.error, seed: q.seed, exposure: q.exposure };
+    if settings.width.is_some_and(|w| !(16..=16384).contains(&w)) {
+        return Err(Error::parameter("a figure is from 16 to 16384 pixels wide", "try --width 960").into());
+    }
+    match a.reference {
+        Some(reference) => figure::run_noise(name, &settings, reference, json),
+        None => {
+            check_outputs(&a.output)?;
+            figure::run(name, &settings, &a.output, json)
+        }
     }
 }
 
@@ -162,13 +212,14 @@ fn picture(a: &Arguments, path: &Path, json: bool) -> anyhow::Result<()> {
     warnings.extend(RenderWarning::of_scene(&built.scene, &camera).iter().map(ToString::to_string));
     let start = Instant::now();
     let bar = Bar::new("render", 1);
-    let film = render(&built.scene, &camera, &options, &|share| bar.set(0, share))?;
+    let rendering = render_with_report(&built.scene, &camera, &options, &|share| bar.set(0, share))?;
+    let (film, report) = (rendering.film, rendering.report);
     bar.finish();
     let seconds = start.elapsed().as_secs_f64();
     warnings.extend(RenderWarning::of_film(&film, &built.scene).map(|w| w.to_string()));
     let exposure = picturing.exposure.unwrap_or_else(|| film.natural_exposure());
     let comment = format!(
-        "asperity render {} --width {} --height {} --spp {} --depth {} --seed {} --estimator {}. Linear sRGB primaries, \
+        "asperity render {} --width {} --height {} --spp {} --depth {} --seed {} --estimator {}{}. Linear sRGB primaries, \
          radiance and standard error in W/(m2 sr), samples in paths per pixel.",
         path.file_name().unwrap_or_default().to_string_lossy(),
         options.width,
@@ -177,26 +228,38 @@ fn picture(a: &Arguments, path: &Path, json: bool) -> anyhow::Result<()> {
         options.max_reflections + 1,
         options.seed,
         options.estimator.name(),
+        options.error.map_or(String::new(), |e| format!(" --error {}%", 100.0 * e)),
     );
     write_outputs(&film, &comment, exposure, &a.output)?;
     for warning in &warnings {
         eprintln!("warning: {warning}");
     }
-    let samples: u64 = film.pixels().iter().map(|p| u64::from(p.samples)).sum();
     if json {
         let files: Vec<_> = a.output.iter().map(|p| p.display().to_string()).collect();
         return print_json(&json!({
-            "outputs": files, "width": options.width, "height": options.height, "seconds": seconds, "samples": samples,
-            "exposure": exposure, "warnings": warnings,
+            "outputs": files, "width": options.width, "height": options.height, "seconds": seconds,
+            "samples": report.samples, "samples_saved": report.saved, "blocks_unfinished": report.unfinished,
+            "worst_error": report.worst_error, "longest_path": report.longest_path, "exposure": exposure,
+            "warnings": warnings,
         }));
     }
     println!(
         "{} x {} pixels, {} paths in {seconds:.1} s ({:.2} million/s), exposure {exposure}",
         options.width,
         options.height,
-        samples,
-        samples as f64 / seconds.max(1e-9) / 1e6,
+        report.samples,
+        report.samples as f64 / seconds.max(1e-9) / 1e6,
     );
+    println!("longest path {} of {} pieces", report.longest_path, options.max_reflections + 1);
+    if let Some(error) = options.error {
+        println!(
+            "error {:.3} %: {:.1} % of the paths saved, {:.1} % of the blocks above it after all paths, the worst at {:.2} %",
+            100.0 * error,
+            100.0 * report.saved,
+            100.0 * report.unfinished,
+            100.0 * report.worst_error,
+        );
+    }
     for path in &a.output {
         println!("wrote {}", path.display());
     }

@@ -27,16 +27,17 @@ pub struct ScatterOptions {
     /// Full angle in degrees of a source that the wave calculation averages over; the glossmeter adds its own stop
     #[arg(long, default_value_t = 0.0, value_name = "DEG")]
     source_cone: f64,
-    /// Incident polar angles in degrees, rising [default: 0 to 88 in 14 steps]
+    /// Incident polar angles in degrees, rising [default: those of 14 from 0 to 88 that --tolerance needs]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     theta_i: Option<Vec<f64>>,
-    /// Source azimuths in degrees of an anisotropic table, rising [default: every 30]
+    /// Source azimuths in degrees of an anisotropic table, rising [default: every 30, or fewer]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     phi_i: Option<Vec<f64>>,
     /// Whether to average over source azimuths
     #[arg(long, value_enum, default_value_t = SymmetryFlag::Auto)]
     symmetry: SymmetryFlag,
-    /// Share of the energy that may go unaccounted for before visibility is computed
+    /// Share of the energy that may go astray: decides the size of the cells, how many incident angles a table keeps, and
+    /// whether visibility is computed
     #[arg(long, default_value_t = 0.01)]
     tolerance: f64,
     /// Rays per incident direction of --method rays
@@ -78,6 +79,16 @@ impl ScatterOptions {
     /// The same at another wavelength \[m\].
     pub fn at_wavelength(&self, wavelength: f64) -> Self {
         ScatterOptions { wavelength, ..self.clone() }
+    }
+
+    /// The same by rays alone.
+    pub fn by_rays(&self) -> Self {
+        ScatterOptions { method: MethodFlag::Geometric, ..self.clone() }
+    }
+
+    /// The same by waves alone.
+    pub fn by_waves(&self) -> Self {
+        ScatterOptions { method: MethodFlag::Kirchhoff, ..self.clone() }
     }
 
     /// Seed of everything random.
@@ -134,6 +145,13 @@ impl ScatterOptions {
         let source = self.source_stop.map(f64::to_radians);
         let glossmeter = Geometry::standard_three().map(|g| Geometry { source, ..g });
         glossmeter.iter().try_for_each(Geometry::validate)?;
-        Ok(Settings { scatter, wavelength: self.wavelength, meter: meter::Options::default(), glossmeter })
+        let fewest_angles = self.theta_i.is_none() && self.phi_i.is_none();
+        Ok(Settings {
+            scatter,
+            fewest_angles,
+            wavelength: self.wavelength,
+            meter: meter::Options::default(),
+            glossmeter,
+        })
     }
 }

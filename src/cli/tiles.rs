@@ -7,6 +7,7 @@ use super::scatter_options::ScatterOptions;
 use super::source::Source;
 use crate::error::{Error, Result};
 use crate::math::Estimate;
+use crate::render::stage::Backdrop;
 use crate::render::{Tile, TilesOptions, render_tiles};
 use crate::report::Prediction;
 use clap::Args;
@@ -27,6 +28,9 @@ pub struct Arguments {
     scatter: ScatterOptions,
     #[command(flatten)]
     look: Look,
+    /// Show every height map twice, side by side: as rays and as waves predict it
+    #[arg(long, help_heading = "Picture")]
+    compare: bool,
 }
 
 /// Flags of the picture.
@@ -39,6 +43,12 @@ pub struct Look {
     /// Width of one tile in pixels, 64 to 2048
     #[arg(long, default_value_t = 240, value_parser = clap::value_parser!(u16).range(64..=2048))]
     tile_width: u16,
+    /// Tiles in a row before the next row begins
+    #[arg(long, default_value_t = TilesOptions::default().tiles_per_row as u16, value_parser = clap::value_parser!(u16).range(1..=64))]
+    per_row: u16,
+    /// What the tiles mirror: a chart with a lamp, lamps, a lit grid or lit text
+    #[arg(long, default_value = "chart", value_parser = ["chart", "lamp", "grid", "text"])]
+    pattern: String,
     /// Display = sRGB(exposure x radiance) [default: exposes for the brightest tile]
     #[arg(long)]
     exposure: Option<f64>,
@@ -53,6 +63,8 @@ impl Look {
         Ok(TilesOptions {
             samples_per_pixel: self.spp,
             panel_width: usize::from(self.tile_width),
+            tiles_per_row: usize::from(self.per_row),
+            backdrop: Backdrop::NAMES.iter().find(|(n, _)| *n == self.pattern).map_or(Backdrop::Chart, |(_, b)| *b),
             exposure: self.exposure,
             ..TilesOptions::default()
         })
@@ -86,47 +98,77 @@ fn significant(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
-    let options = a.look.options()?;
-    for path in &a.output {
-        match path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
-            Some("png" | "exr") => {}
-            _ => {
-                return Err(
-                    Error::content(path, "this kind of picture cannot be written", "name it .png or .exr").into()
-                );
+/// A source and the word that tells its two predictions apart.
+type Shown = (Source, Option<&'static str>);
+
+/// Opens the sources; with `compare` each twice.
+fn open(a: &Arguments) -> Result<Vec<Shown>> {
+    let ways: Vec<(ScatterOptions, Option<&'static str>)> = if a.compare {
+        vec![(a.scatter.by_rays(), Some("rays")), (a.scatter.by_waves(), Some("waves"))]
+    } else {
+        vec![(a.scatter.clone(), None)]
+    };
+    let bar = Bar::new("tables", a.sources.len() * ways.len());
+    let mut shown = Vec::new();
+    for text in &a.sources {
+        for (scatter, word) in &ways {
+            let part = shown.len();
+            let source = Source::open(text, &a.map, scatter, &|share| bar.set(part, share))?;
+            if a.compare && source.preparation().is_none() {
+                return Err(Error::parameter(
+                    format!("`{text}` is not a height map, so there are no two ways to predict it"),
+                    "give --compare height maps only",
+                ));
             }
+            shown.push((source, *word));
         }
     }
-    let bar = Bar::new("tables", a.sources.len());
-    let sources: Vec<Source> = a
-        .sources
-        .iter()
-        .enumerate()
-        .map(|(k, text)| Source::open(text, &a.map, &a.scatter, &|share| bar.set(k, share)))
-        .collect::<Result<_>>()?;
     bar.finish();
-    sources.iter().for_each(Source::print_preparation);
-    let tiles: Vec<Tile> = sources
+    Ok(shown)
+}
+
+pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
+    let mut options = a.look.options()?;
+    if a.compare {
+        options.heading = "What rays and what waves predict".to_owned();
+        // Pairs stay in one row.
+        options.tiles_per_row = options.tiles_per_row.next_multiple_of(2);
+    }
+    check_outputs(&a.output)?;
+    let shown = open(a)?;
+    // A pair was prepared in the same way.
+    shown.iter().filter(|(_, word)| *word != Some("waves")).for_each(|(source, _)| source.print_preparation());
+    let tiles: Vec<Tile> = shown
         .iter()
-        .map(|s| Tile { caption: caption(s.name(), s.surface().map(|p: &Prediction| p.sq), s.gloss()), brdf: s.brdf() })
+        .map(|(s, word)| {
+            let mut caption = caption(s.name(), s.surface().map(|p: &Prediction| p.sq), s.gloss());
+            if let (Some(word), Some(title)) = (word, caption.first_mut()) {
+                title.push_str(&format!(", {word}"));
+            }
+            Tile { caption, brdf: s.brdf() }
+        })
         .collect();
     let bar = Bar::new("tiles", 1);
     let picture = render_tiles(&tiles, &options, &|share| bar.set(0, share))?;
     bar.finish();
-    for path in &a.output {
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-            picture.save_exr(path)?;
-        } else {
-            picture.save_png(path)?;
-        }
-    }
+    a.output.iter().try_for_each(|path| picture.save(path))?;
     if json {
         let files: Vec<_> = a.output.iter().map(|p| p.display().to_string()).collect();
-        return print_json(&json!({ "outputs": files, "exposure": picture.exposure() }));
+        let captions: Vec<_> = tiles.iter().map(|t| &t.caption).collect();
+        return print_json(&json!({ "outputs": files, "exposure": picture.exposure(), "captions": captions }));
     }
     for path in &a.output {
         println!("wrote {}", path.display());
     }
     Ok(())
+}
+
+/// Refuses names whose kind of picture cannot be written.
+fn check_outputs(outputs: &[PathBuf]) -> Result<()> {
+    let known =
+        |p: &&PathBuf| !p.extension().is_some_and(|e| e.eq_ignore_ascii_case("png") || e.eq_ignore_ascii_case("exr"));
+    match outputs.iter().find(known) {
+        Some(p) => Err(Error::content(p, "this kind of picture cannot be written", "name it .png or .exr")),
+        None => Ok(()),
+    }
 }

@@ -123,7 +123,8 @@ impl SlopeStatistics {
     /// Smith's function (IEEE Trans. Antennas Propag. 15, 668, 1967) with the measured instead of a Gaussian
     /// distribution; exact for a surface whose slopes and heights are independent.
     pub fn hidden_excess(&self, theta: f64) -> f64 {
-        hidden_excess(self.gradients.bins().map(|(g, count)| (g, count as f64 / self.facets as f64)), theta)
+        let all: u64 = self.gradients.bins().map(|bin| bin.1).sum();
+        hidden_excess(self.gradients.bins().map(|(g, count)| (g, count as f64 / all as f64)), theta)
     }
 
     /// Share of the facets whose gradient is larger, to the width of a histogram bin (3 % in the gradient).

@@ -16,9 +16,10 @@
 
 use super::parameter::Parameter;
 use super::registry::Entry;
+use crate::math::frame::sin_cos_turns;
 use crate::optics::{Brdf, BrdfSample};
 use glam::DVec3;
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::FRAC_1_PI;
 
 /// Registry line.
 pub static ENTRY: Entry = Entry {
@@ -44,7 +45,7 @@ pub struct Lambert {
 /// (Malley's method; Pharr, Jakob, Humphreys, Physically Based Rendering, 4th ed., A.5.3).
 pub fn cosine_direction(u: [f64; 2]) -> DVec3 {
     let radius = u[0].sqrt();
-    let (s, c) = (TAU * u[1]).sin_cos();
+    let (s, c) = sin_cos_turns(u[1]);
     DVec3::new(radius * c, radius * s, (1.0 - u[0]).max(0.0).sqrt())
 }
 

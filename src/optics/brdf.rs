@@ -29,6 +29,17 @@ pub trait Brdf: Send + Sync {
     /// Draws `wo` for `u` in `[0, 1)^2`; `None` when the draw leaves the upper hemisphere and carries nothing.
     fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample>;
 
+    /// [`Brdf::sample`] of many pairs at once, which a table does several times faster.
+    ///
+    /// # Panics
+    /// If the three lists are not of one length.
+    fn sample_many(&self, wi: &[DVec3], u: &[[f64; 2]], out: &mut [Option<BrdfSample>]) {
+        assert!(wi.len() == u.len() && u.len() == out.len(), "as many numbers and places as directions");
+        for ((wi, u), out) in wi.iter().zip(u).zip(out) {
+            *out = self.sample(*wi, *u);
+        }
+    }
+
     /// Density per steradian with which [`Brdf::sample`] draws `wo`, specular core excluded.
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64;
 

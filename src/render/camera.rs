@@ -59,7 +59,7 @@ impl Camera {
     }
 
     /// The ray through the picture point `(x, y)` in `[0, 1]^2`, x to the right and y downwards.
-    #[inline]
+    #[inline(always)]
     pub fn ray(&self, x: f64, y: f64) -> Ray {
         let shift = (2.0 * x - 1.0) * self.right + (1.0 - 2.0 * y) * self.up;
         if self.parallel {

@@ -1,17 +1,17 @@
 //! Path tracing: the rendering equation by random walks from the camera.
 
 use super::camera::Camera;
-use super::film::{Film, Pixel, Tally};
+use super::exposure::render_with_report;
+use super::film::Film;
 use super::light::{Asking, LightSample};
 use super::material::Coat;
 use super::scene::{Finish, Scene};
 use super::shape::Ray;
 use super::spot::Spot;
-use super::stream::{PathStream, PixelStream, SobolTable};
+use super::stream::PathStream;
 use crate::error::{Error, Result};
 use crate::math::frame::DVec3;
-use rayon::prelude::*;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use fearless_simd::Simd;
 
 /// How light from emitters is found at each reflection. All but [`Estimator::Direct`] have the same mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,9 +67,9 @@ pub struct RenderOptions {
     /// Reflections after which a path ends.
     pub max_reflections: u32,
     pub estimator: Estimator,
-    /// Up to this many lights are all asked at the first reflection, which decides how noisy a picture looks;
-    /// after it, or with more lights than this, one is drawn at random.
-    pub lights_asked: usize,
+    /// Share of its radiance at which a block of pixels stops before it has had all its paths, see
+    /// [`render_with_report`]; `None` gives every pixel all paths.
+    pub error: Option<f64>,
 }
 
 impl Default for RenderOptions {
@@ -81,7 +81,7 @@ impl Default for RenderOptions {
             seed: 1,
             max_reflections: 8,
             estimator: Estimator::Mis,
-            lights_asked: 8,
+            error: None,
         }
     }
 }
@@ -94,7 +94,7 @@ const SURE_REFLECTIONS: u32 = 3;
 /// Emitters are found by drawing from the BRDF and from the emitters, combined by the balance heuristic (Veach and
 /// Guibas, SIGGRAPH 1995); draws from the specular core count alone. Paths start at the camera, so a BRDF is asked
 /// with `wi` towards the camera: it must be reciprocal. `progress` is called from any thread with the finished
-/// fraction after each row.
+/// fraction after each block of pixels.
 ///
 /// # Errors
 /// `Error::Parameter` if the options are out of range or a BRDF returned something that is not a number.
@@ -104,41 +104,7 @@ pub fn render(
     options: &RenderOptions,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Film> {
-    if options.samples_per_pixel == 0 {
-        return Err(Error::parameter("a picture needs at least one sample per pixel", "try 256"));
-    }
-    let mut film = Film::new(options.width, options.height)?;
-    let table = SobolTable::new(options.samples_per_pixel);
-    let rows_done = AtomicUsize::new(0);
-    film.pixels_mut().par_chunks_mut(options.width).enumerate().for_each(|(y, row)| {
-        for (x, pixel) in row.iter_mut().enumerate() {
-            let numbers = PixelStream::new(&table, options.seed, (y * options.width + x) as u64);
-            *pixel = expose(scene, camera, options, [x, y], numbers);
-        }
-        let done = rows_done.fetch_add(1, Ordering::Relaxed) + 1;
-        progress(done as f64 / options.height as f64);
-    });
-    let finite = |p: &Pixel| p.radiance.iter().chain(&p.standard_error).all(|v| v.is_finite());
-    if let Some(i) = film.pixels().iter().position(|p| !finite(p)) {
-        return Err(Error::parameter(
-            format!("the radiance of pixel ({}, {}) is not a finite number", i % options.width, i / options.width),
-            "check that the BRDF of every material is finite and its sampling weights are bounded",
-        ));
-    }
-    Ok(film)
-}
-
-fn expose(scene: &Scene, camera: &Camera, options: &RenderOptions, at: [usize; 2], mut numbers: PixelStream) -> Pixel {
-    let mut tally = Tally::default();
-    let (column, row) = (at[0] as f64, at[1] as f64);
-    let (step_x, step_y) = (1.0 / options.width as f64, 1.0 / options.height as f64);
-    for index in 0..options.samples_per_pixel {
-        let mut stream = numbers.path(index);
-        let [dx, dy] = stream.pair();
-        let ray = camera.ray((column + dx) * step_x, (row + dy) * step_y);
-        tally.add(trace(scene, ray, &mut stream, options));
-    }
-    tally.pixel()
+    Ok(render_with_report(scene, camera, options, progress)?.film)
 }
 
 /// How the ray that is followed was drawn: what the light samples at its start must be weighed against.
@@ -146,11 +112,17 @@ fn expose(scene: &Scene, camera: &Camera, options: &RenderOptions, at: [usize; 2
 struct Drawn {
     pdf: f64,
     at: Asking,
-    reflection: u32,
 }
 
-/// Radiance that arrives against `ray` [W/(m2 sr)], from one random path.
-fn trace(scene: &Scene, mut ray: Ray, stream: &mut PathStream, options: &RenderOptions) -> DVec3 {
+/// Radiance that arrives against `ray` [W/(m2 sr)], from one random path, and the number of its straight pieces.
+#[inline(always)]
+pub(super) fn trace<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    mut ray: Ray,
+    stream: &mut PathStream,
+    options: &RenderOptions,
+) -> (DVec3, u32) {
     let mut radiance = DVec3::ZERO;
     let mut throughput = DVec3::ONE;
     let mut leaving = None;
@@ -158,53 +130,49 @@ fn trace(scene: &Scene, mut ray: Ray, stream: &mut PathStream, options: &RenderO
     let mut drawn: Option<Drawn> = None;
     let last = if options.estimator == Estimator::Direct { 1 } else { options.max_reflections };
     let mut first_weight = 1.0;
-    for reflection in 0.. {
-        let Some(hit) = scene.closest(&ray, leaving) else {
+    let mut reflection = 0;
+    loop {
+        let Some(hit) = scene.closest(simd, &ray, leaving) else {
             radiance += throughput * scene.sky;
             if let Some((light, met)) = scene.lights.surroundings(ray.direction) {
                 let weight = emitter_weight(scene, options, drawn, light, met.pdf);
                 radiance += weight * throughput * met.radiance;
             }
-            return radiance;
+            break;
         };
         let cover = match scene.finish(hit.id) {
             Finish::Emits(light) => {
                 let met = scene.meet_light(light, &ray, &hit);
                 let weight = emitter_weight(scene, options, drawn, light, met.pdf);
-                return radiance + weight * throughput * met.radiance;
+                radiance += weight * throughput * met.radiance;
+                break;
             }
             Finish::Reflects(cover) => scene.cover(cover),
         };
         if reflection >= last {
-            return radiance;
+            break;
         }
         let Some(spot) = Spot::new(scene, &hit, ray.at(hit.t), -ray.direction) else {
-            return radiance;
+            break;
         };
         let coat = cover.at(|| scene.uv(&hit, spot.point), || scene.place_in(&hit, spot.point));
         let at = Asking { point: spot.point, normal: spot.z };
         let u_brdf = stream.pair();
-        if options.estimator != Estimator::Brdf && !coat.is_delta() {
-            let mut direct = DVec3::ZERO;
-            let mut count = |light: Option<LightSample>| {
-                direct += light.map_or(DVec3::ZERO, |l| from_light(scene, &coat, &spot, &l, options.estimator));
-            };
-            if asks_all(scene, options, reflection) {
-                (0..scene.lights.len()).for_each(|i| count(scene.lights.sample(i, spot.point, stream.pair())));
-            } else {
-                count(scene.lights.sample_any(&at, stream.pair()));
-            }
-            radiance += throughput * direct;
+        if options.estimator != Estimator::Brdf
+            && !coat.is_delta()
+            && let Some(light) = scene.lights.sample_any(simd, &at, stream.pair())
+        {
+            radiance += throughput * from_light(simd, scene, &coat, &spot, &light, options.estimator);
         }
         let draw = if options.estimator == Estimator::Uniform {
             coat.sample_uniformly(spot.seen, u_brdf)
         } else {
             coat.sample(spot.seen, u_brdf)
         };
-        let Some(draw) = draw else { return radiance };
+        let Some(draw) = draw else { break };
         throughput *= draw.weight;
         if throughput == DVec3::ZERO {
-            return radiance;
+            break;
         }
         if reflection == 0 {
             first_weight = throughput.max_element();
@@ -213,30 +181,30 @@ fn trace(scene: &Scene, mut ray: Ray, stream: &mut PathStream, options: &RenderO
             // Measured by what was left after the first reflection: dim surfaces deserve long paths too.
             let survival = (throughput.max_element() / first_weight).min(1.0);
             if stream.lonely() >= survival {
-                return radiance;
+                break;
             }
             throughput /= survival;
         }
         let direction = spot.to_world(draw.wo);
         if !spot.leaves(direction) {
-            return radiance;
+            break;
         }
         ray = Ray { origin: spot.point, direction };
         leaving = Some(hit.id);
-        drawn = (!draw.specular).then_some(Drawn { pdf: draw.pdf, at, reflection });
+        reflection += 1;
+        drawn = (!draw.specular).then_some(Drawn { pdf: draw.pdf, at });
     }
-    radiance
+    (radiance, reflection + 1)
 }
 
 /// Share of the BRDF draw in an emitter that both strategies find: `p_brdf / (p_brdf + p_light)`.
-#[inline]
+#[inline(always)]
 fn emitter_weight(scene: &Scene, options: &RenderOptions, drawn: Option<Drawn>, light: usize, own: f64) -> f64 {
     let Some(drawn) = drawn else { return 1.0 };
     if options.estimator == Estimator::Brdf {
         return 1.0;
     }
-    let chance = if asks_all(scene, options, drawn.reflection) { 1.0 } else { scene.lights.chance(light, &drawn.at) };
-    let rival = chance * own;
+    let rival = scene.lights.chance(light, &drawn.at) * own;
     match options.estimator {
         // From inside a sphere no light sample is drawn: the BRDF must find it alone.
         Estimator::Lights => f64::from(rival <= 0.0),
@@ -244,15 +212,16 @@ fn emitter_weight(scene: &Scene, options: &RenderOptions, drawn: Option<Drawn>, 
     }
 }
 
-/// Whether the light samples at this reflection come from every light or from one drawn among them.
-#[inline]
-fn asks_all(scene: &Scene, options: &RenderOptions, reflection: u32) -> bool {
-    reflection == 0 && scene.lights.len() <= options.lights_asked
-}
-
 /// `f_r L cos_theta / (p_light + p_brdf)` of one draw towards the lights; without `p_brdf` if lights stand alone.
-#[inline]
-fn from_light(scene: &Scene, coat: &Coat, spot: &Spot, light: &LightSample, estimator: Estimator) -> DVec3 {
+#[inline(always)]
+fn from_light<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    coat: &Coat,
+    spot: &Spot,
+    light: &LightSample,
+    estimator: Estimator,
+) -> DVec3 {
     let wo = spot.to_local(light.direction);
     if wo.z <= 0.0 || light.radiance == DVec3::ZERO || !spot.leaves(light.direction) {
         return DVec3::ZERO;
@@ -263,7 +232,7 @@ fn from_light(scene: &Scene, coat: &Coat, spot: &Spot, light: &LightSample, esti
         return DVec3::ZERO;
     }
     let ray = Ray { origin: spot.point, direction: light.direction };
-    if scene.is_blocked(&ray, light.distance, spot.id, light.id) {
+    if scene.is_blocked(simd, &ray, light.distance, spot.id, light.id) {
         return DVec3::ZERO;
     }
     let rival = match estimator {

@@ -7,8 +7,9 @@ use super::paint::Paint;
 use super::scene::{Hit, Id};
 use super::shape::{Quad, Ray, Shape, Sphere};
 use crate::error::{Error, Result};
-use crate::math::frame::{DVec3, tangents};
+use crate::math::frame::{DVec3, sin_cos_turns, tangents};
 use crate::sample::AliasTable;
+use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -16,7 +17,7 @@ use std::sync::Arc;
 const WEIGHED: usize = 64;
 
 /// Least share of a lamp's weight that a grazing view of it leaves: parts of it may be seen better.
-const GRAZING: f64 = 0.1;
+const GRAZING: f32 = 0.1;
 
 /// A direction drawn towards a light.
 pub(super) struct LightSample {
@@ -54,20 +55,36 @@ struct Light {
 #[derive(Default)]
 pub(super) struct Lights {
     list: Vec<Light>,
-    reach: Vec<Reach>,
+    reach: Vec<ReachPack>,
     surroundings: Option<usize>,
-    /// Sums of the powers up to and including each light over the sum of all.
+    strengths: Vec<f64>,
+    /// Sums of the chances by strength up to and including each light.
     cumulative: Vec<f64>,
 }
 
-/// What decides how much a light matters at a point.
+/// Lights weighed at a time.
+const LANES: usize = 8;
+
+/// What decides how much [`LANES`] lights matter at a point; unused lanes have no strength. In f32: a weight is a chance,
+/// not a radiance.
 #[derive(Clone, Copy)]
+struct ReachPack {
+    centre: [[f32; LANES]; 3],
+    radius: [f32; LANES],
+    /// Area times mean radiance [W/sr]; irradiance [W/m2] of the surroundings.
+    strength: [f32; LANES],
+    /// Normal of a flat lamp; zero of one that shines all around.
+    front: [[f32; LANES]; 3],
+    /// 1 for flat lamps and for the surroundings, else 0.
+    flat: [f32; LANES],
+    everywhere: [f32; LANES],
+}
+
+/// What decides how much a light matters at a point.
 struct Reach {
     centre: DVec3,
     radius: f64,
-    /// Area times mean radiance [W/sr]; irradiance [W/m2] of the surroundings.
     strength: f64,
-    /// Normal of a flat lamp; zero of one that shines all around.
     front: DVec3,
     everywhere: bool,
 }
@@ -79,24 +96,83 @@ pub(super) struct Asking {
     pub normal: DVec3,
 }
 
-impl Reach {
-    /// Irradiance at the point if nothing stands between, to a factor of order 1; 0 only where the light is out of sight.
-    #[inline]
-    fn weight(&self, at: &Asking) -> f64 {
-        if self.everywhere {
-            return self.strength;
+/// The weights of up to [`WEIGHED`] lights, added up.
+struct Sums {
+    weights: [f32; WEIGHED],
+    /// Sums up to and including each light.
+    up_to: [f32; WEIGHED],
+    total: f32,
+}
+
+impl Sums {
+    #[inline(always)]
+    fn of<S: Simd>(simd: S, packs: &[ReachPack], at: &Asking) -> Self {
+        let mut sums = Sums { weights: [0.0; WEIGHED], up_to: [0.0; WEIGHED], total: 0.0 };
+        for (k, pack) in packs.iter().enumerate() {
+            let (lanes, range) = (pack.weights(simd, at), k * LANES..(k + 1) * LANES);
+            let partial: [f32; LANES] = running_sums(simd, lanes).into();
+            sums.weights[range.clone()].copy_from_slice(&<[f32; LANES]>::from(lanes));
+            for (sum, partial) in sums.up_to[range].iter_mut().zip(partial) {
+                *sum = sums.total + partial;
+            }
+            sums.total = sums.up_to[(k + 1) * LANES - 1];
         }
-        let away = self.centre - at.point;
-        let d2 = away.length_squared();
-        let height = away.dot(at.normal) + self.radius;
-        let side = -away.dot(self.front);
-        if height <= 0.0 || (side <= 0.0 && self.front != DVec3::ZERO) {
-            return 0.0;
+        sums
+    }
+}
+
+/// Sums up to and including each lane, in three steps side by side (Hillis and Steele, Comm. ACM 29, 1986).
+#[inline(always)]
+fn running_sums<S: Simd>(simd: S, weights: f32x8<S>) -> f32x8<S> {
+    let zero = f32x8::splat(simd, 0.0);
+    let by_one = weights + zero.slide::<7>(weights);
+    let by_two = by_one + zero.slide::<6>(by_one);
+    by_two + zero.slide::<4>(by_two)
+}
+
+impl ReachPack {
+    const EMPTY: ReachPack = ReachPack {
+        centre: [[0.0; LANES]; 3],
+        radius: [1.0; LANES],
+        strength: [0.0; LANES],
+        front: [[0.0; LANES]; 3],
+        flat: [0.0; LANES],
+        everywhere: [0.0; LANES],
+    };
+
+    fn set(&mut self, lane: usize, reach: &Reach) {
+        for axis in 0..3 {
+            self.centre[axis][lane] = reach.centre[axis] as f32;
+            self.front[axis][lane] = reach.front[axis] as f32;
         }
+        self.radius[lane] = reach.radius as f32;
+        self.strength[lane] = reach.strength as f32;
+        self.flat[lane] = f32::from(u8::from(reach.front != DVec3::ZERO));
+        self.everywhere[lane] = f32::from(u8::from(reach.everywhere));
+    }
+
+    /// Irradiance at the point from each lamp if nothing stands between, to a factor of order 1; 0 only where it is out of
+    /// sight. The angle to the surface counts by the part of the lamp that stands highest.
+    #[inline(always)]
+    fn weights<S: Simd>(&self, simd: S, at: &Asking) -> f32x8<S> {
+        let (p, n) = (at.point.as_vec3(), at.normal.as_vec3());
+        let lanes = |v: &[f32; LANES]| f32x8::from_slice(simd, v);
+        let wide = |x: f32| f32x8::splat(simd, x);
+        let [cx, cy, cz] = &self.centre;
+        let (x, y, z) = (lanes(cx) - p.x, lanes(cy) - p.y, lanes(cz) - p.z);
+        let d2 = x * x + y * y + z * z;
         let d = d2.sqrt();
-        let cos = (height / d.max(self.radius)).min(1.0);
-        let emitting = if self.front == DVec3::ZERO { 1.0 } else { (side / d).max(GRAZING) };
-        self.strength * cos * emitting / d2.max(self.radius * self.radius)
+        let (zero, one) = (wide(0.0), wide(1.0));
+        let r = lanes(&self.radius);
+        // A hair of room for the rounding of a lamp that just touches the horizon.
+        let height = x * n.x + y * n.y + z * n.z + r * 1.0001 + d * 1e-5;
+        let [fx, fy, fz] = &self.front;
+        let side = d * 1e-5 - (x * lanes(fx) + y * lanes(fy) + z * lanes(fz));
+        let cos = (height / d.max(r)).max(zero).min(one);
+        let faced = side.simd_gt(zero).select((side / d).max(wide(GRAZING)), zero);
+        let emitting = lanes(&self.flat).simd_gt(zero).select(faced, one);
+        let near = cos * emitting / d2.max(r * r);
+        lanes(&self.strength) * lanes(&self.everywhere).simd_gt(zero).select(one, near)
     }
 }
 
@@ -120,9 +196,8 @@ impl Lights {
                 (Form::Mesh(mesh, table), centre, radius, area, DVec3::ZERO)
             }
         };
-        self.reach.push(Reach { centre, radius, strength: area * brightness, front, everywhere: false });
-        self.list.push(Light { form, radiance, id: Some(id) });
-        self.sum();
+        let reach = Reach { centre, radius, strength: area * brightness, front, everywhere: false };
+        self.put(self.list.len(), Light { form, radiance, id: Some(id) }, &reach);
         Ok(())
     }
 
@@ -134,31 +209,31 @@ impl Lights {
             radiance: Paint::plain(DVec3::ONE).expect("white is a colour"),
             id: None,
         };
-        match self.surroundings {
-            Some(k) => (self.list[k], self.reach[k]) = (light, everywhere),
-            None => {
-                self.surroundings = Some(self.list.len());
-                self.list.push(light);
-                self.reach.push(everywhere);
-            }
-        }
-        self.sum();
+        let index = *self.surroundings.get_or_insert(self.list.len());
+        self.put(index, light, &everywhere);
     }
 
-    fn sum(&mut self) {
-        let total: f64 = self.reach.iter().map(|r| r.strength).sum();
-        let count = self.reach.len() as f64;
+    /// Sets light number `index`, or adds it behind the last.
+    fn put(&mut self, index: usize, light: Light, reach: &Reach) {
+        if index == self.list.len() {
+            self.list.push(light);
+            self.strengths.push(reach.strength);
+            if index.is_multiple_of(LANES) {
+                self.reach.push(ReachPack::EMPTY);
+            }
+        } else {
+            (self.list[index], self.strengths[index]) = (light, reach.strength);
+        }
+        self.reach[index / LANES].set(index % LANES, reach);
+        let total: f64 = self.strengths.iter().sum();
+        let count = self.strengths.len() as f64;
         let mut sum = 0.0;
-        // Half evenly: a small lamp close by matters more than its power tells.
-        let share = |r: &Reach| 0.5 * r.strength / total + 0.5 / count;
-        self.cumulative = self
-            .reach
-            .iter()
-            .map(|r| {
-                sum += share(r);
-                sum
-            })
-            .collect();
+        self.cumulative.clear();
+        for strength in &self.strengths {
+            // Half evenly: a small lamp close by matters more than its power tells.
+            sum += 0.5 * strength / total + 0.5 / count;
+            self.cumulative.push(sum);
+        }
     }
 
     #[inline]
@@ -176,50 +251,50 @@ impl Lights {
     }
 
     /// Chance of a light in [`Self::sample_any`] at a point.
-    #[inline]
+    #[inline(never)]
     pub(super) fn chance(&self, light: usize, at: &Asking) -> f64 {
-        if self.reach.len() > WEIGHED {
+        if self.list.len() > WEIGHED {
             return self.cumulative[light] - if light > 0 { self.cumulative[light - 1] } else { 0.0 };
         }
-        let total: f64 = self.reach.iter().map(|r| r.weight(at)).sum();
-        if total > 0.0 { self.reach[light].weight(at) / total } else { 0.0 }
+        let sums = dispatch!(Level::new(), simd => Sums::of(simd, &self.reach, at));
+        if sums.total > 0.0 { f64::from(sums.weights[light] / sums.total) } else { 0.0 }
     }
 
     /// Draws a light by how much it matters at the point, then a direction towards it; `None` if none shines there.
-    #[inline]
-    pub(super) fn sample_any(&self, at: &Asking, mut u: [f64; 2]) -> Option<LightSample> {
-        let count = self.reach.len();
-        if count == 0 {
-            return None;
-        }
+    #[inline(always)]
+    pub(super) fn sample_any<S: Simd>(&self, simd: S, at: &Asking, mut u: [f64; 2]) -> Option<LightSample> {
+        let count = self.list.len();
         let (index, start, chance);
         if count > WEIGHED {
             index = self.cumulative.partition_point(|&c| c <= u[0]).min(count - 1);
             start = if index > 0 { self.cumulative[index - 1] } else { 0.0 };
             chance = self.cumulative[index] - start;
-        } else {
-            let mut weights = [0.0; WEIGHED];
-            let mut total = 0.0;
-            for (weight, reach) in weights.iter_mut().zip(&self.reach) {
-                *weight = reach.weight(at);
-                total += *weight;
-            }
+        } else if let [pack] = self.reach.as_slice() {
+            // Few lights, the common case: everything stays in registers.
+            let lanes = pack.weights(simd, at);
+            let sums = running_sums(simd, lanes);
+            let (weights, up_to): ([f32; LANES], [f32; LANES]) = (lanes.into(), sums.into());
+            let total = up_to[LANES - 1];
             if !(total > 0.0) {
                 return None;
             }
-            let (mut chosen, mut sum, target) = (0, 0.0, u[0] * total);
-            for k in 0..count {
-                // The last with a weight stands in when rounding leaves the target beyond the sum.
-                if weights[k] > 0.0 {
-                    chosen = k;
-                    if target < sum + weights[k] {
-                        break;
-                    }
-                    sum += weights[k];
-                }
+            let target = u[0] as f32 * total;
+            index = (sums.simd_le(f32x8::splat(simd, target)).to_bitmask().count_ones() as usize).min(count - 1);
+            chance = f64::from(weights[index] / total);
+            start = f64::from((up_to[index] - weights[index]) / total);
+        } else {
+            let sums = Sums::of(simd, &self.reach, at);
+            if !(sums.total > 0.0) {
+                return None;
             }
-            sum = sum.min(target);
-            (index, start, chance) = (chosen, sum / total, weights[chosen] / total);
+            let target = u[0] as f32 * sums.total;
+            index = sums.up_to[..count].partition_point(|&sum| sum <= target).min(count - 1);
+            chance = f64::from(sums.weights[index] / sums.total);
+            start = f64::from((sums.up_to[index] - sums.weights[index]) / sums.total);
+        }
+        // Rounding may lead to a light that is out of sight, once in 10^7 draws.
+        if !(chance > 0.0) {
+            return None;
         }
         u[0] = ((u[0] - start) / chance).clamp(0.0, 1.0 - f64::EPSILON);
         let sample = self.sample(index, at.point, u)?;
@@ -227,7 +302,7 @@ impl Lights {
     }
 
     /// Draws a direction towards the light, in proportion to its paint where that is possible; `None` if it shows its back.
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample(&self, light: usize, from: DVec3, u: [f64; 2]) -> Option<LightSample> {
         let light = &self.list[light];
         let toward = |point: DVec3, normal: DVec3, area: f64| {
@@ -275,7 +350,7 @@ impl Lights {
 
     /// Radiance that the light sends back along `ray`, 0 from behind, and the density with which [`Self::sample`] draws this
     /// direction from the origin of the ray.
-    #[inline]
+    #[inline(always)]
     pub(super) fn meet(&self, light: usize, ray: &Ray, hit: &Hit) -> Met {
         let dark = Met { radiance: DVec3::ZERO, pdf: 0.0 };
         let light = &self.list[light];
@@ -319,7 +394,7 @@ impl Lights {
 impl Sphere {
     /// A direction uniform in the cone that the sphere fills (Wang, Graphics Gems III, 1992), its distance \[m\] and density
     /// per steradian; `None` from inside.
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample_direction(&self, from: DVec3, u: [f64; 2]) -> Option<(DVec3, f64, f64)> {
         let height = self.cap_height(from)?;
         let away = self.centre - from;
@@ -330,7 +405,7 @@ impl Sphere {
         // cos = 1 - u h; sin^2 = u h (2 - u h) keeps its digits for a small cone.
         let drop = u[0] * height;
         let sin2 = drop * (2.0 - drop);
-        let (s, c) = (TAU * u[1]).sin_cos();
+        let (s, c) = sin_cos_turns(u[1]);
         let direction = sin2.sqrt() * (c * x + s * y) + (1.0 - drop) * axis;
         let half_chord = (self.radius * self.radius - d2 * sin2).max(0.0).sqrt();
         let distance = d * (1.0 - drop) - half_chord;
@@ -356,6 +431,10 @@ mod tests {
     use super::*;
     use crate::render::paint::Pattern;
     use crate::render::{Material, Scene};
+
+    fn sample_any(lights: &Lights, at: &Asking, u: [f64; 2]) -> Option<LightSample> {
+        dispatch!(Level::new(), simd => lights.sample_any(simd, at, u))
+    }
 
     fn grid(n: usize) -> impl Iterator<Item = [f64; 2]> {
         (0..n * n).map(move |k| [((k % n) as f64 + 0.5) / n as f64, ((k / n) as f64 + 0.5) / n as f64])
@@ -426,9 +505,9 @@ mod tests {
         let n = 2000;
         for k in 0..n {
             let u = [(f64::from(k) + 0.5) / f64::from(n), (f64::from(k) * 0.618) % 1.0];
-            let sample = scene.lights.sample_any(&at, u).unwrap();
+            let sample = sample_any(&scene.lights, &at, u).unwrap();
             let ray = Ray { origin: DVec3::ZERO, direction: sample.direction };
-            let hit = scene.closest(&ray, None).unwrap();
+            let hit = dispatch!(Level::new(), simd => scene.closest(simd, &ray, None)).unwrap();
             assert_eq!(Some(hit.id), sample.id);
             let light = if matches!(hit.id, Id::Quad(_)) { 0 } else { 1 };
             seen[light] += 1.0 / f64::from(n);
@@ -455,7 +534,7 @@ mod tests {
         let total: f64 = (0..100).map(|k| lights.chance(k, &at)).sum();
         assert!((total - 1.0).abs() < 1e-12);
         for k in 0..500 {
-            let sample = lights.sample_any(&at, [(f64::from(k) + 0.5) / 500.0, 0.3]).unwrap();
+            let sample = sample_any(&lights, &at, [(f64::from(k) + 0.5) / 500.0, 0.3]).unwrap();
             let Some(Id::Sphere(i)) = sample.id else { panic!("spheres only") };
             let own = lights.sample(i as usize, DVec3::ZERO, [0.5; 2]).unwrap();
             assert!((sample.pdf / (own.pdf * lights.chance(i as usize, &at)) - 1.0).abs() < 1e-9);

@@ -71,13 +71,13 @@ impl<'a> Coat<'a> {
     }
 
     /// Whether only a specular core reflects.
-    #[inline]
+    #[inline(always)]
     pub(super) fn is_delta(&self) -> bool {
         self.delta
     }
 
     /// `f_r` per channel and the density of [`Self::sample`].
-    #[inline]
+    #[inline(always)]
     pub(super) fn eval_and_pdf(&self, wi: DVec3, wo: DVec3) -> (DVec3, f64) {
         match self.reflector {
             Reflector::Grey(brdf) => {
@@ -92,7 +92,7 @@ impl<'a> Coat<'a> {
     }
 
     /// A direction by the BRDF's own density.
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<ColourDraw> {
         match self.reflector {
             Reflector::Grey(brdf) => {
@@ -147,7 +147,7 @@ impl<'a> Coat<'a> {
 impl<'a> Cover<'a> {
     /// The coat at a point with plane coordinates `uv`; `place` is the point in metres from the corner of its plane, or in
     /// space where the shape has no plane.
-    #[inline]
+    #[inline(always)]
     pub(super) fn at(&self, uv: impl FnOnce() -> [f64; 2], place: impl FnOnce() -> DVec3) -> Coat<'a> {
         match self {
             Cover::Plain(coat) => *coat,

@@ -163,7 +163,7 @@ impl Mesh {
     }
 
     /// First triangle before `t_max` but the one that is left.
-    #[inline]
+    #[inline(never)]
     pub(super) fn closest(&self, ray: &Ray, t_max: f64, leaving: Option<u32>) -> Option<MeshHit> {
         let sheared = ShearedRay::new(ray);
         let mut best = None;
@@ -183,7 +183,7 @@ impl Mesh {
     }
 
     /// Whether any triangle but `leaving` and `target` stands before `distance`.
-    #[inline]
+    #[inline(never)]
     pub(super) fn blocks(&self, ray: &Ray, distance: f64, leaving: Option<u32>, target: Option<u32>) -> bool {
         let sheared = ShearedRay::new(ray);
         !self.bvh.ray_traverse_miss(self.box_ray(ray, distance), |_, k| {

@@ -1,5 +1,6 @@
 //! Two colours in a pattern: what makes an emitter a lit checker, or a floor a chessboard.
 
+use super::letters::Letters;
 use crate::error::{Error, Result};
 use crate::math::frame::DVec3;
 
@@ -14,6 +15,8 @@ pub enum Pattern {
     Grid { columns: u32, rows: u32, line: f64 },
     /// Bright bars along v, each followed by an equal gap and `ratio` times as wide as the one before.
     Bars { count: u32, ratio: f64 },
+    /// Bright words; the first line is at `v = 0`, so that they can be read in a mirror at the foot of a quad.
+    Text(&'static Letters),
 }
 
 impl Pattern {
@@ -30,6 +33,7 @@ impl Pattern {
                 let (start, width) = bar(u, count, ratio);
                 u - start < 0.5 * width
             }
+            Pattern::Text(letters) => letters.is_ink([u, v]),
         }
     }
 
@@ -43,6 +47,7 @@ impl Pattern {
             }
             Pattern::Grid { line, .. } => 1.0 - (1.0 - line) * (1.0 - line),
             Pattern::Bars { .. } => 0.5,
+            Pattern::Text(letters) => letters.bright_fraction(),
         }
     }
 
@@ -64,13 +69,13 @@ impl Pattern {
                 let half = 0.5 * (u - start);
                 [if bright { start + half } else { start + 0.5 * width + half }, v]
             }
-            Pattern::Plain | Pattern::Grid { .. } => [u, v],
+            Pattern::Plain | Pattern::Grid { .. } | Pattern::Text(_) => [u, v],
         }
     }
 
     fn check(self) -> Result<()> {
         let sound = match self {
-            Pattern::Plain => true,
+            Pattern::Plain | Pattern::Text(_) => true,
             Pattern::Checker { columns, rows } => columns > 0 && rows > 0,
             Pattern::Grid { columns, rows, line } => columns > 0 && rows > 0 && (0.0..=1.0).contains(&line),
             Pattern::Bars { count, ratio } => count > 0 && ratio > 0.0 && ratio.is_finite(),

@@ -10,6 +10,7 @@ use super::shape::{Quad, Ray, Shape};
 use super::spheres::Spheres;
 use crate::error::Result;
 use crate::math::frame::DVec3;
+use fearless_simd::Simd;
 use std::sync::Arc;
 
 #[derive(Debug, Clone, Copy)]
@@ -45,7 +46,7 @@ pub(super) struct Frame {
     pub plane: DVec3,
     /// Unit normal of the surface as light sees it, interpolated on smooth meshes.
     pub normal: DVec3,
-    /// Along x of the material, not always at right angles to `normal`; zero if any direction will do.
+    /// Unit vector along x of the material; on a mesh neither of unit length nor at right angles to `normal`.
     pub along: DVec3,
 }
 
@@ -127,26 +128,27 @@ impl<'a> Scene<'a> {
 
     /// First surface along the ray. `leaving` is the surface the ray starts on: excluding it by name instead of by
     /// a small distance keeps contacts exact.
-    #[inline]
-    pub(super) fn closest(&self, ray: &Ray, leaving: Option<Id>) -> Option<Hit> {
+    #[inline(always)]
+    pub(super) fn closest<S: Simd>(&self, simd: S, ray: &Ray, leaving: Option<Id>) -> Option<Hit> {
         let mut t = f64::INFINITY;
         let mut id = None;
         let mut weights = [0.0; 2];
         for (i, (quad, _)) in self.quads.iter().enumerate() {
-            if let Some(nearer) = quad.intersect(ray, t)
-                && leaving != Some(Id::Quad(i as u32))
+            // Most rays leave a flat shape: they need no division.
+            if leaving != Some(Id::Quad(i as u32))
+                && let Some(nearer) = quad.intersect(ray, t)
             {
                 (t, id) = (nearer, Some(Id::Quad(i as u32)));
             }
         }
         for (i, (disc, _)) in self.discs.iter().enumerate() {
-            if let Some(nearer) = disc.intersect(ray, t)
-                && leaving != Some(Id::Disc(i as u32))
+            if leaving != Some(Id::Disc(i as u32))
+                && let Some(nearer) = disc.intersect(ray, t)
             {
                 (t, id) = (nearer, Some(Id::Disc(i as u32)));
             }
         }
-        if let Some((nearer, i)) = self.spheres.closest(ray, t, sphere_of(leaving)) {
+        if let Some((nearer, i)) = self.spheres.closest(simd, ray, t, sphere_of(leaving)) {
             (t, id) = (nearer, Some(Id::Sphere(i as u32)));
         }
         for (i, (mesh, _)) in self.meshes.iter().enumerate() {
@@ -159,20 +161,36 @@ impl<'a> Scene<'a> {
     }
 
     /// Whether anything but `leaving` and `target` stands before `distance`.
-    #[inline]
-    pub(super) fn is_blocked(&self, ray: &Ray, distance: f64, leaving: Id, target: Option<Id>) -> bool {
-        let other = |id: Id| leaving != id && target != Some(id);
-        let quad =
-            |(i, q): (usize, &(Quad, Finish))| q.0.intersect(ray, distance).is_some() && other(Id::Quad(i as u32));
-        let disc =
-            |(i, d): (usize, &(Disc, Finish))| d.0.intersect(ray, distance).is_some() && other(Id::Disc(i as u32));
-        let mesh = |(i, m): (usize, &(Arc<Mesh>, Finish))| {
-            m.0.blocks(ray, distance, triangle_of(Some(leaving), i), triangle_of(target, i))
-        };
-        self.quads.iter().enumerate().any(quad)
-            || self.spheres.block(ray, distance, sphere_of(Some(leaving)), sphere_of(target))
-            || self.discs.iter().enumerate().any(disc)
-            || self.meshes.iter().enumerate().any(mesh)
+    #[inline(always)]
+    pub(super) fn is_blocked<S: Simd>(
+        &self,
+        simd: S,
+        ray: &Ray,
+        distance: f64,
+        leaving: Id,
+        target: Option<Id>,
+    ) -> bool {
+        for (i, (quad, _)) in self.quads.iter().enumerate() {
+            let id = Id::Quad(i as u32);
+            if leaving != id && target != Some(id) && quad.intersect(ray, distance).is_some() {
+                return true;
+            }
+        }
+        if self.spheres.block(simd, ray, distance, sphere_of(Some(leaving)), sphere_of(target)) {
+            return true;
+        }
+        for (i, (disc, _)) in self.discs.iter().enumerate() {
+            let id = Id::Disc(i as u32);
+            if leaving != id && target != Some(id) && disc.intersect(ray, distance).is_some() {
+                return true;
+            }
+        }
+        for (i, (mesh, _)) in self.meshes.iter().enumerate() {
+            if mesh.blocks(ray, distance, triangle_of(Some(leaving), i), triangle_of(target, i)) {
+                return true;
+            }
+        }
+        false
     }
 
     #[inline]
@@ -191,7 +209,7 @@ impl<'a> Scene<'a> {
     }
 
     /// The front of the surface at a point of it.
-    #[inline]
+    #[inline(always)]
     pub(super) fn frame(&self, hit: &Hit, point: DVec3) -> Frame {
         let (plane, normal, along) = match hit.id {
             Id::Quad(i) => {
@@ -205,8 +223,11 @@ impl<'a> Scene<'a> {
             Id::Sphere(i) => {
                 let sphere = self.spheres.get(i as usize);
                 let normal = (point - sphere.centre) / sphere.radius;
-                // Along the parallels of latitude.
-                (normal, normal, DVec3::new(-normal.y, normal.x, 0.0))
+                // Along the parallels of latitude; any direction will do at the poles.
+                let across2 = normal.x * normal.x + normal.y * normal.y;
+                let along =
+                    if across2 > 1e-18 { DVec3::new(-normal.y, normal.x, 0.0) / across2.sqrt() } else { DVec3::X };
+                (normal, normal, along)
             }
             Id::Triangle { mesh, triangle } => {
                 let mesh = &self.meshes[mesh as usize].0;
@@ -287,6 +308,15 @@ mod tests {
     use crate::model::Lambert;
     use crate::render::material::Material;
     use crate::render::shape::Sphere;
+    use fearless_simd::{Level, dispatch};
+
+    fn closest(scene: &Scene, ray: &Ray, leaving: Option<Id>) -> Option<Hit> {
+        dispatch!(Level::new(), simd => scene.closest(simd, ray, leaving))
+    }
+
+    fn blocked(scene: &Scene, ray: &Ray, distance: f64, leaving: Id, target: Option<Id>) -> bool {
+        dispatch!(Level::new(), simd => scene.is_blocked(simd, ray, distance, leaving, target))
+    }
 
     fn square(z: f64) -> Quad {
         Quad::new(DVec3::new(-1.0, -1.0, z), 2.0 * DVec3::X, 2.0 * DVec3::Y).unwrap()
@@ -308,18 +338,18 @@ mod tests {
         let mut order = vec![];
         let mut ray = Ray { origin: DVec3::new(0.2, 0.0, 0.0), ..up };
         let mut leaving = Some(Id::Quad(0));
-        while let Some(hit) = scene.closest(&ray, leaving) {
+        while let Some(hit) = closest(&scene, &ray, leaving) {
             order.push(hit.id);
             (ray.origin, leaving) = (ray.at(hit.t), Some(hit.id));
         }
         assert_eq!(order, [triangle, Id::Quad(1), Id::Disc(0), Id::Sphere(0), Id::Sphere(0)]);
         let on = Ray { origin: DVec3::Z, direction: DVec3::Z };
         // Through the hole of the ring.
-        let hit = scene.closest(&on, Some(Id::Quad(1))).unwrap();
+        let hit = closest(&scene, &on, Some(Id::Quad(1))).unwrap();
         assert_eq!((hit.id, hit.t), (Id::Sphere(0), 1.0));
-        assert!(scene.is_blocked(&up, 4.0, Id::Quad(0), Some(Id::Sphere(0))));
-        assert!(!scene.is_blocked(&on, 4.0, Id::Quad(1), Some(Id::Sphere(0))));
-        assert!(!scene.is_blocked(&up, 0.9, Id::Quad(0), Some(triangle)));
+        assert!(blocked(&scene, &up, 4.0, Id::Quad(0), Some(Id::Sphere(0))));
+        assert!(!blocked(&scene, &on, 4.0, Id::Quad(1), Some(Id::Sphere(0))));
+        assert!(!blocked(&scene, &up, 0.9, Id::Quad(0), Some(triangle)));
         assert_eq!(scene.around(DVec3::new(0.0, 0.0, 3.5)), ["sphere 1"]);
     }
 }

@@ -72,9 +72,14 @@ impl Quad {
     }
 
     /// `t = (corner - origin) . n / (direction . n)` \[m\] if the ray meets the quad before `t_max`.
-    #[inline]
+    #[inline(always)]
     pub fn intersect(&self, ray: &Ray, t_max: f64) -> Option<f64> {
-        let t = (self.offset - self.normal.dot(ray.origin)) / self.normal.dot(ray.direction);
+        let (height, fall) = (self.offset - self.normal.dot(ray.origin), self.normal.dot(ray.direction));
+        // Away from the plane: no division.
+        if height * fall <= 0.0 {
+            return None;
+        }
+        let t = height / fall;
         // A ray in the plane gives an infinity or a NaN: both fail this comparison.
         if !(t > 0.0 && t < t_max) {
             return None;
@@ -126,7 +131,7 @@ impl Sphere {
     ///
     /// The discriminant is taken from the distance of the centre to the ray and the roots from `c / q`, which keeps
     /// the digits for small and distant spheres (Haines et al., Ray Tracing Gems, 2019, chapter 7).
-    #[inline]
+    #[inline(always)]
     pub fn intersect(&self, ray: &Ray, t_max: f64) -> Option<f64> {
         let m = ray.origin - self.centre;
         let b = m.dot(ray.direction);
@@ -148,7 +153,7 @@ impl Sphere {
     }
 
     /// As [`Self::intersect`] for a ray that starts on the sphere itself, where rounding must not find the start again.
-    #[inline]
+    #[inline(always)]
     pub(super) fn intersect_again(&self, ray: &Ray, t_max: f64) -> Option<f64> {
         let t = -2.0 * (ray.origin - self.centre).dot(ray.direction);
         (t > 1e-9 * self.radius && t < t_max).then_some(t)

@@ -5,7 +5,7 @@
 
 use crate::error::Result;
 use crate::optics::Brdf;
-use crate::optics::colour::{Illuminant, nodes};
+use crate::optics::colour::{self, Illuminant, nodes};
 use glam::{DMat3, DVec3};
 
 /// Wavelengths at which a spectral BRDF is asked \[m\]: from where the eye begins to see to where it ends.
@@ -32,6 +32,11 @@ impl Spectral {
     pub fn new(build: &dyn Fn(f64) -> Result<Box<dyn Brdf>>) -> Result<Self> {
         let parts = weights().into_iter().map(|(wavelength, rgb)| Ok((build(wavelength)?, rgb)));
         Ok(Spectral { parts: parts.collect::<Result<_>>()? })
+    }
+
+    /// The sum of BRDFs, each with its share in red, green and blue. Sampling draws from every part equally often.
+    pub fn sum(parts: Vec<(Box<dyn Brdf>, DVec3)>) -> Self {
+        Spectral { parts }
     }
 
     /// `f_r` per channel and the density of [`Self::sample`], the mean of those of the wavelengths.
@@ -73,13 +78,32 @@ impl Spectral {
     }
 }
 
-/// Share of a reflectance at each wavelength in linear sRGB.
-fn weights() -> Vec<(f64, DVec3)> {
-    let matrix = DMat3::from_cols(
+/// From X, Y, Z to linear sRGB (IEC 61966-2-1).
+fn to_srgb() -> DMat3 {
+    DMat3::from_cols(
         DVec3::new(3.240_454_2, -0.969_266_0, 0.055_643_4),
         DVec3::new(-1.537_138_5, 1.876_010_8, -0.204_025_9),
         DVec3::new(-0.498_531_4, 0.041_556_0, 1.057_225_2),
-    );
+    )
+}
+
+/// Linear sRGB of X, Y, Z under D65, Y = 1 for white; negative channels outside of sRGB.
+pub fn to_linear_srgb(xyz: DVec3) -> DVec3 {
+    to_srgb() * xyz
+}
+
+/// Linear sRGB of each tristimulus value of the perfect diffuser under D65; together they are exactly white.
+pub fn tristimulus_shares() -> [DVec3; 3] {
+    let white = colour::white(Illuminant::D65);
+    let shares = [0, 1, 2].map(|k| white[k] * to_srgb().col(k));
+    // Whatever the rounding of the matrix.
+    let sum: DVec3 = shares.iter().sum();
+    shares.map(|share| share / sum)
+}
+
+/// Share of a reflectance at each wavelength in linear sRGB.
+fn weights() -> Vec<(f64, DVec3)> {
+    let matrix = to_srgb();
     let last = WAVELENGTHS.len() - 1;
     let mut sums = [DVec3::ZERO; WAVELENGTHS.len()];
     for node in nodes(Illuminant::D65) {

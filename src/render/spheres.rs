@@ -1,18 +1,25 @@
 //! Many spheres side by side: which of them a ray may meet.
 
 use super::shape::{Ray, Sphere};
+use fearless_simd::{Simd, f32x8, prelude::*};
 
 /// Spheres tested at a time.
 const LANES: usize = 8;
 
-/// Centres and squared radii of [`LANES`] spheres; unused lanes have a negative square, which no ray meets.
+/// Centres and squared radii of [`LANES`] spheres in f32, where a sphere may look a little larger than it is; unused lanes
+/// have a square that no ray meets.
 #[derive(Clone, Copy)]
 struct Pack {
-    x: [f64; LANES],
-    y: [f64; LANES],
-    z: [f64; LANES],
-    r2: [f64; LANES],
+    x: [f32; LANES],
+    y: [f32; LANES],
+    z: [f32; LANES],
+    r2: [f32; LANES],
+    /// Squared distances of the centres from the origin, for the rounding of coordinates.
+    away2: [f32; LANES],
 }
+
+/// Share of the squares of distances that covers the rounding to f32 of a discriminant.
+const SLACK: f32 = 1e-6;
 
 /// A list of spheres that finds the few a ray comes near to in one sweep and asks those exactly.
 #[derive(Default)]
@@ -26,11 +33,12 @@ impl Spheres {
         let lane = self.list.len() % LANES;
         if lane == 0 {
             let empty = [0.0; LANES];
-            self.packs.push(Pack { x: empty, y: empty, z: empty, r2: [-1.0; LANES] });
+            self.packs.push(Pack { x: empty, y: empty, z: empty, r2: [f32::NEG_INFINITY; LANES], away2: empty });
         }
         if let Some(pack) = self.packs.last_mut() {
-            (pack.x[lane], pack.y[lane], pack.z[lane]) = (sphere.centre.x, sphere.centre.y, sphere.centre.z);
-            pack.r2[lane] = sphere.radius * sphere.radius;
+            [pack.x[lane], pack.y[lane], pack.z[lane]] = sphere.centre.as_vec3().to_array();
+            pack.r2[lane] = (sphere.radius * sphere.radius) as f32;
+            pack.away2[lane] = sphere.centre.length_squared() as f32;
         }
         self.list.push(sphere);
     }
@@ -46,10 +54,16 @@ impl Spheres {
 
     /// First sphere before `t`: distance and index.
     #[inline(always)]
-    pub(super) fn closest(&self, ray: &Ray, mut t: f64, leaving: Option<usize>) -> Option<(f64, usize)> {
+    pub(super) fn closest<S: Simd>(
+        &self,
+        simd: S,
+        ray: &Ray,
+        mut t: f64,
+        leaving: Option<usize>,
+    ) -> Option<(f64, usize)> {
         let mut found = None;
         for (k, pack) in self.packs.iter().enumerate() {
-            let mut near = pack.near(ray);
+            let mut near = pack.near(simd, ray);
             while near != 0 {
                 let index = k * LANES + near.trailing_zeros() as usize;
                 near &= near - 1;
@@ -64,9 +78,16 @@ impl Spheres {
 
     /// Whether any sphere but `target` stands before `distance`.
     #[inline(always)]
-    pub(super) fn block(&self, ray: &Ray, distance: f64, leaving: Option<usize>, target: Option<usize>) -> bool {
+    pub(super) fn block<S: Simd>(
+        &self,
+        simd: S,
+        ray: &Ray,
+        distance: f64,
+        leaving: Option<usize>,
+        target: Option<usize>,
+    ) -> bool {
         for (k, pack) in self.packs.iter().enumerate() {
-            let mut near = pack.near(ray);
+            let mut near = pack.near(simd, ray);
             while near != 0 {
                 let index = k * LANES + near.trailing_zeros() as usize;
                 near &= near - 1;
@@ -87,22 +108,20 @@ impl Spheres {
 }
 
 impl Pack {
-    /// Bit by bit, the spheres whose surface the ray may meet ahead: a little too many, never too few.
+    /// A bit for each sphere whose surface the ray may meet ahead: a little too many, never too few.
     #[inline(always)]
-    fn near(&self, ray: &Ray) -> u32 {
-        let (o, d) = (ray.origin, ray.direction);
-        let mut near = [0u64; LANES];
-        for i in 0..LANES {
-            let (x, y, z) = (o.x - self.x[i], o.y - self.y[i], o.z - self.z[i]);
-            let b = x * d.x + y * d.y + z * d.z;
-            let m2 = x * x + y * y + z * z;
-            let c = m2 - self.r2[i];
-            // The slack covers the rounding of this shorter form; the exact test decides.
-            let touches = b * b - c + 1e-12 * m2 >= 0.0;
-            let ahead = (b <= 0.0) | (c <= 1e-12 * m2);
-            near[i] = u64::from(touches & ahead & (self.r2[i] > 0.0)) << i;
-        }
-        near.iter().fold(0, |bits, bit| bits | bit) as u32
+    fn near<S: Simd>(&self, simd: S, ray: &Ray) -> u64 {
+        let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
+        let wide = |x: f32| f32x8::splat(simd, x);
+        let lanes = |v: &[f32; LANES]| f32x8::from_slice(simd, v);
+        let (x, y, z) = (wide(o.x) - lanes(&self.x), wide(o.y) - lanes(&self.y), wide(o.z) - lanes(&self.z));
+        let b = x * d.x + y * d.y + z * d.z;
+        let m2 = x * x + y * y + z * z;
+        let slack = (m2 + lanes(&self.away2) + o.length_squared()) * SLACK;
+        let c = m2 - lanes(&self.r2) - slack;
+        let (b2, zero) = (b * b, wide(0.0));
+        let ahead = b.simd_le(zero) | c.simd_le(zero) | b2.simd_le(slack);
+        (b2.simd_ge(c) & ahead).to_bitmask()
     }
 }
 
@@ -111,6 +130,15 @@ mod tests {
     use super::*;
     use crate::math::frame::DVec3;
     use crate::math::random::CounterRng;
+    use fearless_simd::{Level, dispatch};
+
+    fn closest(spheres: &Spheres, ray: &Ray, t: f64, leaving: Option<usize>) -> Option<(f64, usize)> {
+        dispatch!(Level::new(), simd => spheres.closest(simd, ray, t, leaving))
+    }
+
+    fn block(spheres: &Spheres, ray: &Ray, t: f64, leaving: Option<usize>, target: Option<usize>) -> bool {
+        dispatch!(Level::new(), simd => spheres.block(simd, ray, t, leaving, target))
+    }
 
     #[test]
     fn the_sweep_finds_what_one_by_one_finds() {
@@ -133,12 +161,12 @@ mod tests {
             let one_by_one = (0..19)
                 .filter_map(|i| spheres.meet(i, &ray, f64::INFINITY, leaving).map(|t| (t, i)))
                 .min_by(|a, b| a.0.total_cmp(&b.0));
-            assert_eq!(spheres.closest(&ray, f64::INFINITY, leaving), one_by_one);
+            assert_eq!(closest(&spheres, &ray, f64::INFINITY, leaving), one_by_one);
             if let Some((t, i)) = one_by_one {
                 hits += 1;
-                assert!(spheres.block(&ray, 1.001 * t, leaving, None));
-                assert!(!spheres.block(&ray, 0.999 * t, leaving, None));
-                let rest = spheres.block(&ray, 1.001 * t, leaving, Some(i));
+                assert!(block(&spheres, &ray, 1.001 * t, leaving, None));
+                assert!(!block(&spheres, &ray, 0.999 * t, leaving, None));
+                let rest = block(&spheres, &ray, 1.001 * t, leaving, Some(i));
                 assert!(!rest || leaving == Some(i) || (0..19).any(|j| j != i));
             }
         }

@@ -21,34 +21,35 @@ pub(super) struct Spot {
 
 impl Spot {
     /// `None` if the surface is seen exactly edge-on.
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(scene: &Scene, hit: &Hit, point: DVec3, to_viewer: DVec3) -> Option<Self> {
         let Frame { mut plane, normal: mut z, along } = scene.frame(hit, point);
         if plane.dot(to_viewer) < 0.0 {
             (plane, z) = (-plane, -z);
         }
+        let mut x = along;
         if let Id::Triangle { .. } = hit.id {
             z = consistent(z, plane, to_viewer);
+            // Any direction will do where the parallels of latitude shrink to a point.
+            x = (along - along.dot(z) * z).try_normalize().unwrap_or_else(|| tangents(z).0);
         }
-        // Any direction will do where the parallels of latitude shrink to a point.
-        let x = (along - along.dot(z) * z).try_normalize().unwrap_or_else(|| tangents(z).0);
         let mut spot = Spot { id: hit.id, point, seen: DVec3::Z, x, y: z.cross(x), z, plane };
         spot.seen = spot.to_local(to_viewer);
         (spot.seen.z > 0.0).then_some(spot)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn to_local(&self, w: DVec3) -> DVec3 {
         DVec3::new(w.dot(self.x), w.dot(self.y), w.dot(self.z))
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn to_world(&self, w: DVec3) -> DVec3 {
         w.x * self.x + w.y * self.y + w.z * self.z
     }
 
     /// Whether a direction leaves the surface on the side that is seen: past an interpolated normal it may not.
-    #[inline]
+    #[inline(always)]
     pub(super) fn leaves(&self, direction: DVec3) -> bool {
         self.plane.dot(direction) > 0.0
     }

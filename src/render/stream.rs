@@ -3,23 +3,42 @@
 use sobol_burley::NUM_DIMENSIONS;
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev};
 
-/// Coordinates that are tabulated: the pixel and three and a half reflections.
-const TABLED: usize = 16;
+/// Coordinates that are tabulated: the pixel and five reflections.
+const TABLED: usize = 24;
 /// Longest sequence of the direction numbers; it goes on under another scramble.
 const POINTS: u32 = 1 << 16;
+/// Points of all tables together, so that they stay in the second-level cache.
+const TABULATED: u32 = 1 << 13;
+/// More tables than this look no better.
+const MOST_TABLES: u32 = 64;
 
-/// The first coordinates of the Sobol points of a pixel, bits reversed and not yet scrambled.
+/// Owen-scrambled Sobol points for the first coordinates, under several scrambles.
 ///
-/// They are the same for every pixel, only the Owen scramble differs: tabulated once per picture they cost a load.
+/// A pixel takes one table and flips random bits in it, which is one more scramble of the same kind: its points are as
+/// well spread and as independent of its neighbours' as under a scramble of its own, and cost a load and an exclusive or.
 pub(super) struct SobolTable {
     points: Vec<[u32; TABLED]>,
+    /// Points per table.
+    length: u32,
+    tables: u32,
 }
 
 impl SobolTable {
-    /// The table for `samples` paths per pixel.
+    /// The tables for `samples` paths per pixel.
     pub(super) fn new(samples: u32) -> Self {
-        let point = |index: u32| std::array::from_fn(|d| sobol_rev(index.reverse_bits(), d as u32));
-        SobolTable { points: (0..samples.clamp(1, POINTS)).map(point).collect() }
+        let length = samples.clamp(1, POINTS);
+        let tables = (TABULATED / length).clamp(1, MOST_TABLES);
+        let mut points = Vec::with_capacity((length * tables) as usize);
+        for table in 0..tables {
+            let scrambles: [u32; TABLED] = std::array::from_fn(|d| scramble_of(hash(!table), d as u32));
+            for index in 0..length {
+                let coordinate = |d: usize| {
+                    owen_scramble_rev(sobol_rev(index.reverse_bits(), d as u32), scrambles[d]).reverse_bits()
+                };
+                points.push(std::array::from_fn(coordinate));
+            }
+        }
+        SobolTable { points, length, tables }
     }
 }
 
@@ -29,32 +48,37 @@ pub(super) struct PixelStream<'a> {
     pixel_seed: u64,
     block: u32,
     seed: u32,
-    scrambles: [u32; TABLED],
+    /// First point of the pixel's table.
+    start: usize,
+    flips: [u32; TABLED],
 }
 
 impl<'a> PixelStream<'a> {
     /// An Owen-scrambled Sobol sequence (Burley, J. Computer Graphics Techniques 9(4), 2020) for pixel number `pixel`.
     pub(super) fn new(table: &'a SobolTable, seed: u64, pixel: u64) -> Self {
-        let mut stream =
-            PixelStream { table, pixel_seed: mix(mix(seed) ^ pixel), block: 0, seed: 0, scrambles: [0; TABLED] };
+        let pixel_seed = mix(mix(seed) ^ pixel);
+        let mut stream = PixelStream { table, pixel_seed, block: 0, seed: 0, start: 0, flips: [0; TABLED] };
         stream.enter_block(0);
         stream
     }
 
     /// Point `index` of the sequence: the numbers of one path.
-    #[inline]
+    #[inline(always)]
     pub(super) fn path(&mut self, index: u32) -> PathStream<'_> {
         if index / POINTS != self.block {
             self.enter_block(index / POINTS);
         }
         let index = index % POINTS;
-        PathStream { pixel: self, index, tabled: &self.table.points[index as usize % self.table.points.len()], used: 0 }
+        let at = self.start + (index % self.table.length) as usize;
+        PathStream { pixel: self, index, tabled: &self.table.points[at], used: 0 }
     }
 
     fn enter_block(&mut self, block: u32) {
         self.block = block;
-        self.seed = (mix(self.pixel_seed ^ u64::from(block)) >> 32) as u32;
-        self.scrambles = std::array::from_fn(|d| scramble_of(self.seed, d as u32));
+        let seed = mix(self.pixel_seed ^ u64::from(block));
+        self.seed = (seed >> 32) as u32;
+        self.start = ((seed as u32 % self.table.tables) * self.table.length) as usize;
+        self.flips = std::array::from_fn(|d| scramble_of(self.seed, d as u32));
     }
 }
 
@@ -68,19 +92,20 @@ pub(super) struct PathStream<'a> {
 
 impl PathStream<'_> {
     /// The next two coordinates, in `[0, 1)` with 32 bits.
-    #[inline]
+    #[inline(always)]
     pub(super) fn pair(&mut self) -> [f64; 2] {
         let first = self.used;
         self.used += 2;
         if first + 1 < TABLED {
-            let coordinate = |d: usize| unit(owen_scramble_rev(self.tabled[d], self.pixel.scrambles[d]));
+            let coordinate = |d: usize| f64::from(self.tabled[d] ^ self.pixel.flips[d]) * UNIT;
             [coordinate(first), coordinate(first + 1)]
         } else {
             [self.far(first as u32), self.far(first as u32 + 1)]
         }
     }
 
-    /// A coordinate beyond the table; beyond the last dimension the points are shuffled and used again.
+    /// A coordinate beyond the tables; beyond the last dimension the points are shuffled and used again.
+    #[inline(never)]
     fn far(&self, d: u32) -> f64 {
         let (lap, dimension) = (d / NUM_DIMENSIONS, d % NUM_DIMENSIONS);
         let mut index = self.index.reverse_bits();
@@ -103,10 +128,13 @@ fn scramble_of(seed: u32, d: u32) -> u32 {
     hash(seed.wrapping_mul(0x9C8F_2D3B) ^ hash(d))
 }
 
+/// One step of 32 bits.
+const UNIT: f64 = 1.0 / (1u64 << 32) as f64;
+
 /// Reversed bits as a fraction of 1.
 #[inline]
 fn unit(reversed: u32) -> f64 {
-    f64::from(reversed.reverse_bits()) * (1.0 / (1u64 << 32) as f64)
+    f64::from(reversed.reverse_bits()) * UNIT
 }
 
 /// Bijective scrambling of 64 bits: the finaliser of SplitMix64 (Steele, Lea, Flood, OOPSLA 2014).

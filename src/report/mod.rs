@@ -2,6 +2,7 @@
 
 pub mod csv;
 mod detectors_csv;
+pub mod html;
 pub mod prediction;
 
 pub use detectors_csv::detectors_csv;

@@ -24,6 +24,9 @@ const ANGLES: [f64; 3] = [20.0, 60.0, 85.0];
 #[derive(Debug, Clone)]
 pub struct Settings {
     pub scatter: scatter::Options,
+    /// Leave out the incident angles, polar and azimuthal, that interpolation gives within half of `scatter.tolerance`: a matt
+    /// surface needs few.
+    pub fewest_angles: bool,
     /// Wavelength at which rays are judged \[m\].
     pub wavelength: f64,
     pub meter: meter::Options,
@@ -35,6 +38,7 @@ impl Default for Settings {
     fn default() -> Self {
         Settings {
             scatter: scatter::Options::default(),
+            fewest_angles: false,
             wavelength: 550e-9,
             meter: meter::Options::default(),
             glossmeter: Geometry::standard_three(),
@@ -107,8 +111,19 @@ pub fn predict_run(
         seed: settings.scatter.seed,
         program: concat!("asperity ", env!("CARGO_PKG_VERSION")).to_owned(),
     };
-    let table = Table::from_scatter(&scattered, provenance);
-    let bounce_fractions = scattered.tallies.iter().map(|row| mean_bounces(row)).collect();
+    let mut table = Table::from_scatter(&scattered, provenance);
+    let mut decisions = scattered.decisions;
+    let mut bounce_fractions: Vec<_> = scattered.tallies.iter().map(|row| mean_bounces(row)).collect();
+    if settings.fewest_angles {
+        let tolerance = 0.5 * settings.scatter.tolerance;
+        let all: Vec<usize> = (0..table.phi_i().len()).collect();
+        let kept = table.needed_theta_i(tolerance);
+        table = table.at_nodes(&kept, &all);
+        let azimuths = table.needed_phi_i(tolerance);
+        table = table.at_nodes(&(0..kept.len()).collect::<Vec<_>>(), &azimuths);
+        decisions = kept.iter().map(|&k| decisions[k]).collect();
+        bounce_fractions = kept.iter().map(|&k| bounce_fractions[k]).collect();
+    }
     let brdf = TableBrdf::new(table)?;
     let mut prediction = Prediction {
         name: name.to_owned(),
@@ -116,7 +131,7 @@ pub fn predict_run(
         sdq,
         missing_fraction: lit.missing_fraction(),
         isotropic: scattered.isotropic,
-        decisions: scattered.decisions,
+        decisions,
         facets: scattered.statistics.facets,
         bounce_fractions,
         gloss: [Estimate::default(); 3],

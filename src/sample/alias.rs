@@ -19,10 +19,10 @@ pub struct AliasTable {
 
 /// A column keeps its own cell for draws below `threshold / 2^32`, else gives the alias.
 #[derive(Debug, Clone, Copy)]
-struct Column {
-    threshold: u32,
+pub(super) struct Column {
+    pub threshold: u32,
     /// The alias, then the own cell.
-    cells: [u32; 2],
+    pub cells: [u32; 2],
 }
 
 /// Steps of a threshold.
@@ -63,6 +63,10 @@ impl AliasTable {
             }
         }
         Ok(AliasTable { columns: sweep(&cells, &masses), cells: weights.len(), total: sum * largest })
+    }
+
+    pub(super) fn columns(&self) -> &[Column] {
+        &self.columns
     }
 
     /// Number of weights, those of zero included.

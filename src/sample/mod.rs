@@ -2,9 +2,12 @@
 
 pub mod alias;
 pub mod audit;
+mod hats;
 pub mod reciprocal;
 pub mod rivals;
+mod run;
 mod slabs;
+mod slots;
 pub mod table_brdf;
 
 pub use alias::AliasTable;

@@ -141,7 +141,9 @@ impl Brdf for CumulativeSampled<'_> {
             let cumulative = &self.cumulative[node];
             let cell = cumulative.partition_point(|&c| c <= u).min(cumulative.len().checked_sub(1)?);
             let below = if cell == 0 { 0.0 } else { cumulative[cell - 1] };
-            Some((cell, ((u - below) / (cumulative[cell] - below)).clamp(0.0, 1.0 - f64::EPSILON)))
+            let left = ((u - below) / (cumulative[cell] - below)).clamp(0.0, 1.0);
+            let place = self.brdf.table().cells().column_and_row(cell);
+            Some((place.map(|k| k as u16), left as f32))
         })
     }
 }

@@ -2,14 +2,15 @@
 
 use crate::scatter::cells::between;
 use crate::table::{Place, Table};
+use glam::Vec4;
 
-/// Both nodes of a theta_i interval side by side, for every cell: `T` below and above, draw density below and above.
+/// Both nodes of a theta_i interval side by side, for every cell: `T` and density of draws below, then above.
 ///
 /// A lookup reads four cells, two and two neighbours in memory: two cache lines whatever lies between the nodes. In f32,
 /// which holds a density to 6e-8 of itself; what is drawn and what the pdf says come from the same numbers.
 #[derive(Debug, Clone)]
 pub(super) struct Slabs {
-    values: Vec<[f32; 4]>,
+    values: Vec<Vec4>,
     cells: usize,
     row: usize,
     azimuths: usize,
@@ -19,8 +20,8 @@ pub(super) struct Slabs {
 /// `T` and the density of draws in the slope plane at one place.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
-    pub density: f64,
-    pub draws: f64,
+    pub density: f32,
+    pub draws: f32,
 }
 
 impl Slabs {
@@ -35,11 +36,10 @@ impl Slabs {
                 let (low, high) = (t * azimuths + p, (t + 1).min(angles - 1) * azimuths + p);
                 let (a, b) = (&table.density[table.node_range(low)], &table.density[table.node_range(high)]);
                 let (c, d) = (&draws[low], &draws[high]);
-                values.extend((0..cells).map(|k| [a[k] as f32, b[k] as f32, c[k], d[k]]));
+                values.extend((0..cells).map(|k| Vec4::new(a[k] as f32, c[k], b[k] as f32, d[k])));
             }
         }
-        let axes = table.cells().axes;
-        let half = axes.map(|a| f64::from(a.half));
+        let half = table.cells().axes.map(|a| f64::from(a.half));
         Slabs { values, cells, row: table.cells().row_length(), azimuths, half }
     }
 
@@ -48,28 +48,43 @@ impl Slabs {
     pub fn at(&self, place: &Place, [u, v]: [f64; 2]) -> Found {
         let (i, s) = between(u, self.half[0]);
         let (j, t) = between(v, self.half[1]);
-        let (s, t) = (s as f32, t as f32);
+        self.between(place, j * self.row + i, [s as f32, t as f32])
+    }
+
+    /// The same above the cell `from`, at the shares of the next column and row.
+    #[inline(always)]
+    pub fn between(&self, place: &Place, from: usize, shares: [f32; 2]) -> Found {
         let slab = place.theta * self.azimuths;
-        let from = j * self.row + i;
-        let mut sum = self.corners(slab + place.phi[0], from, s, t);
+        let mut sum = self.corners(slab + place.phi[0], from, shares);
         if self.azimuths > 1 {
-            let other = self.corners(slab + place.phi[1], from, s, t);
-            let v = place.v as f32;
-            sum = std::array::from_fn(|k| sum[k] + v * (other[k] - sum[k]));
+            let other = self.corners(slab + place.phi[1], from, shares);
+            sum += place.v as f32 * (other - sum);
         }
-        let w = place.u as f32;
-        Found { density: f64::from(sum[0] + w * (sum[1] - sum[0])), draws: f64::from(sum[2] + w * (sum[3] - sum[2])) }
+        blend(sum, place.u as f32)
+    }
+
+    /// The same for a table of one azimuth.
+    #[inline(always)]
+    pub fn of_interval(&self, theta: usize, upper: f32, from: usize, shares: [f32; 2]) -> Found {
+        blend(self.corners(theta, from, shares), upper)
+    }
+
+    /// The step from a cell to its neighbour along the second axis.
+    pub fn row(&self) -> usize {
+        self.row
     }
 
     #[inline(always)]
-    fn corners(&self, slab: usize, from: usize, s: f32, t: f32) -> [f32; 4] {
-        let values = &self.values[slab * self.cells..(slab + 1) * self.cells];
-        let near = &values[from..from + 2];
-        let far = &values[from + self.row..from + self.row + 2];
-        std::array::from_fn(|k| {
-            let a = near[0][k] + s * (near[1][k] - near[0][k]);
-            let b = far[0][k] + s * (far[1][k] - far[0][k]);
-            a + t * (b - a)
-        })
+    fn corners(&self, slab: usize, from: usize, [s, t]: [f32; 2]) -> Vec4 {
+        let values = &self.values[slab * self.cells + from..];
+        let (near, far) = (&values[..2], &values[self.row..self.row + 2]);
+        let a = near[0] + s * (near[1] - near[0]);
+        let b = far[0] + s * (far[1] - far[0]);
+        a + t * (b - a)
     }
+}
+
+#[inline(always)]
+fn blend(sum: Vec4, upper: f32) -> Found {
+    Found { density: sum.x + upper * (sum.z - sum.x), draws: sum.y + upper * (sum.w - sum.y) }
 }

@@ -1,15 +1,15 @@
 //! A table that can be drawn from.
 
 use super::alias::AliasTable;
-use super::slabs::Slabs;
+use super::hats::Hats;
+use super::run;
+use super::slabs::{Found, Slabs};
+use super::slots::Slots;
 use crate::error::Result;
 use crate::math::direction;
 use crate::optics::{Brdf, BrdfSample};
-use crate::scatter::HalfVectorCells;
 use crate::scatter::axis::{at_least, at_most};
-use crate::scatter::facing::cell_weight;
-use crate::scatter::hats::Hats;
-use crate::table::{Incident, Place, Table, albedos};
+use crate::table::{Incident, Place, Table, albedos, mesh, not_below};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -20,15 +20,12 @@ use std::sync::OnceLock;
 const SLIVER: f64 = 1e-3;
 
 /// Cosines below this count as the horizon.
-const HORIZON: f64 = 1e-9;
+pub(super) const HORIZON: f64 = 1e-9;
 
 /// Steps of the albedo from 0 to 90 deg.
 const ALBEDO_STEPS: usize = 128;
 /// The last of them, short of the horizon \[rad\].
 const ALBEDO_LAST: f64 = FRAC_PI_2 * (1.0 - 1e-4);
-
-/// To make random bits of a number in [0, 1).
-const TWO_53: f64 = 9_007_199_254_740_992.0;
 
 /// A [`Table`] with one alias table per incident node.
 ///
@@ -38,10 +35,13 @@ const TWO_53: f64 = 9_007_199_254_740_992.0;
 /// its integral. So draws follow the interpolated table, and where it is 0 none falls. Draws whose mirror direction lies
 /// below the horizon carry nothing; the pdf integrates to 1 minus their share and the core's.
 pub struct TableBrdf {
-    table: Table,
+    pub(super) table: Table,
     nodes: Vec<Sampler>,
-    slabs: Slabs,
-    hats: Hats,
+    pub(super) slots: Slots,
+    pub(super) slabs: Slabs,
+    pub(super) hats: Hats,
+    /// No node has a core or a floor.
+    glossy: bool,
     /// Albedo at even steps of theta_i, worked out when first asked for.
     albedo: OnceLock<Vec<f64>>,
 }
@@ -59,6 +59,7 @@ struct Sampler {
 }
 
 /// The facts of the nodes around one `wi`, blended.
+#[derive(Default)]
 struct Blend {
     core: f64,
     floor: f64,
@@ -76,16 +77,17 @@ impl TableBrdf {
         let phis = table.phi_i.len();
         let hats = Hats::new(cells);
         let integrals: Vec<f64> = (0..cells.len()).map(|k| hats.integral(cells.column_and_row(k))).collect();
+        let mesh = mesh(&table);
         let built: Vec<(Sampler, Vec<f32>)> = (0..table.nodes.len())
             .into_par_iter()
             .map(|node| {
                 let wi = direction(table.theta_i[node / phis], table.phi_i[node % phis]);
                 let facts = &table.nodes[node];
                 let density = &table.density[table.node_range(node)];
-                let shares = blurred(cells, &reflected_shares(&table, density, wi));
+                let energies = mesh.hat_energies(cells.len(), wi, &table.material);
                 let sliver = SLIVER * table.material.reflectance(1.0);
                 let weights: Vec<f64> =
-                    (0..cells.len()).map(|k| density[k] * shares[k].max(sliver) * integrals[k]).collect();
+                    (0..cells.len()).map(|k| density[k] * energies[k].max(sliver * integrals[k])).collect();
                 let rest = weights.iter().sum::<f64>();
                 let mirror = facts.core_share * table.material.reflectance(wi.z);
                 let all = mirror + facts.diffuse + rest;
@@ -106,7 +108,9 @@ impl TableBrdf {
             .collect::<Result<_>>()?;
         let (nodes, draws): (Vec<Sampler>, Vec<Vec<f32>>) = built.into_iter().unzip();
         let slabs = Slabs::new(&table, &draws);
-        Ok(TableBrdf { nodes, slabs, hats, albedo: OnceLock::new(), table })
+        let slots = Slots::new(cells, nodes.iter().map(|node| node.alias.as_ref()));
+        let glossy = nodes.iter().all(|node| node.core == 0.0 && node.floor == 0.0);
+        Ok(TableBrdf { nodes, slots, slabs, hats, glossy, albedo: OnceLock::new(), table })
     }
 
     /// The table behind the sampler.
@@ -119,9 +123,17 @@ impl TableBrdf {
         self.nodes[node].alias.as_ref()
     }
 
+    /// Whether [`run`] can draw from it: the same at every azimuth, a lobe at every node, and nothing else.
+    pub(super) fn runs(&self) -> bool {
+        self.glossy && self.table.isotropic && self.slots.nodes.iter().all(|node| node.count > 0.0)
+    }
+
     /// Blends what every node says about core and floor.
     #[inline(always)]
     fn blend(&self, place: &Place) -> Blend {
+        if self.glossy {
+            return Blend::default();
+        }
         let phis = self.table.phi_i.len();
         let next = (place.theta + 1).min(self.table.theta_i.len() - 1);
         let mix = |a: &Sampler, b: &Sampler, t: f64| Blend {
@@ -149,11 +161,10 @@ impl TableBrdf {
     #[inline(always)]
     fn both(&self, incident: &Incident, wo: DVec3) -> (f64, f64) {
         let wi = incident.wi;
-        let blend = self.blend(&incident.place);
         let sum = wi + wo;
         let length2 = sum.length_squared();
         // One division for all that is divided by.
-        let cosines = 4.0 * wi.z * wo.z;
+        let cosines = 4.0 * incident.cosines(&self.table.masking, wo.z);
         let inverse = 1.0 / (cosines * sum.z);
         let per_z = inverse * cosines;
         let slope = incident.in_cells(-sum * per_z);
@@ -161,18 +172,23 @@ impl TableBrdf {
         // cos_beta = |wi + wo| / 2 and cos_theta_h = sum.z / |wi + wo|.
         let steepness = length2 * per_z * per_z;
         let reflectance = self.table.material.reflectance(0.5 * length2.sqrt());
-        let rest = incident.balance * reflectance * found.density * steepness * steepness * inverse * sum.z;
-        let pdf = found.draws * 0.5 * steepness * per_z + blend.floor * wo.z / PI;
-        (rest + blend.diffuse, pdf)
+        let density = f64::from(found.density);
+        let rest = incident.balance * reflectance * density * steepness * steepness * inverse * sum.z;
+        let pdf = f64::from(found.draws) * 0.5 * steepness * per_z;
+        if self.glossy {
+            return (rest, pdf);
+        }
+        let blend = self.blend(&incident.place);
+        (rest + blend.diffuse, pdf + blend.floor * wo.z / PI)
     }
 
-    /// A draw whose cell comes from `draw(node, u)`, with what is left of `u`.
+    /// A draw whose cell, column and row, comes from `draw(node, u)`, with what is left of `u`.
     #[inline(always)]
     pub(super) fn sample_by(
         &self,
         wi: DVec3,
         u: [f64; 2],
-        draw: impl Fn(usize, f64) -> Option<(usize, f64)>,
+        draw: impl Fn(usize, f64) -> Option<([u16; 2], f32)>,
     ) -> Option<BrdfSample> {
         if !(wi.z > HORIZON) {
             return None;
@@ -182,101 +198,77 @@ impl TableBrdf {
         let blend = self.blend(place);
         // The second number picks the node and its branch, and what is left of it the place inside the cell.
         let phis = self.table.phi_i.len();
-        let (theta, mut left) = choose(place.u, u[1]);
+        let (upper, mut left) = self.table.finder.choose(place, wi.z, u[1]);
         let mut phi = place.phi[0];
         if phis > 1 {
             let (second, rest) = choose(place.v, left);
-            (phi, left) = (place.phi[usize::from(second)], rest);
+            (phi, left) = (place.phi[second], rest);
         }
-        let theta = (place.theta + usize::from(theta)).min(self.table.theta_i.len() - 1);
-        let node = &self.nodes[theta * phis + phi];
-        if left < node.core {
-            return Some(BrdfSample {
-                wo: DVec3::new(-wi.x, -wi.y, wi.z),
-                weight: blend.core_share * self.table.material.reflectance(wi.z) / blend.core,
-                pdf: f64::INFINITY,
-                specular: true,
-            });
-        }
-        if left < node.core + node.floor {
-            let left = (left - node.core) / node.floor;
-            let (sin, cos) = (std::f64::consts::TAU * left).sin_cos();
-            let (r, z) = (u[0].sqrt(), (1.0 - u[0]).sqrt());
-            let wo = DVec3::new(r * cos, r * sin, z);
-            if z <= HORIZON {
-                return None;
+        let theta = (place.theta + upper).min(self.table.theta_i.len() - 1);
+        let node = theta * phis + phi;
+        if !self.glossy {
+            let facts = &self.nodes[node];
+            if left < facts.core {
+                return Some(BrdfSample {
+                    wo: DVec3::new(-wi.x, -wi.y, wi.z),
+                    weight: blend.core_share * self.table.material.reflectance(wi.z) / blend.core,
+                    pdf: f64::INFINITY,
+                    specular: true,
+                });
             }
-            let (f, pdf) = self.both(&incident, wo);
-            return Some(BrdfSample { wo, weight: f * wo.z / pdf, pdf, specular: false });
+            if left < facts.core + facts.floor {
+                return self.sample_floor(&incident, u[0], (left - facts.core) / facts.floor);
+            }
+            left = at_least((left - facts.core - facts.floor) / (1.0 - facts.core - facts.floor), 0.0);
         }
-        let along = (left - node.core - node.floor) / (1.0 - node.core - node.floor);
-        let (cell, across) = draw(theta * phis + phi, u[0])?;
-        let cells = &self.table.cells;
-        let coordinates = self.hats.place(cells.column_and_row(cell), across, along);
-        let (p, q) = cells.slope_at(coordinates);
-        let slope = incident.out_of_cells(DVec3::new(p, q, 0.0));
-        let lean = wi.z - slope.x * wi.x - slope.y * wi.y;
+        let (cell, across) = draw(node, u[0])?;
+        let [x, y] = self.hats.place(cell, across, left as f32);
+        let (p, q) = self.table.cells.slope_of([x.x, y.x]);
+        let below = (usize::from(cell[1]) + y.beyond - 1) * self.slabs.row() + usize::from(cell[0]) + x.beyond - 1;
+        let found = self.slabs.between(place, below, [x.upper, y.upper]);
+        self.reflect(&incident, &blend, [p, q], found)
+    }
+
+    /// A draw of the floor, for two uniform numbers.
+    fn sample_floor(&self, incident: &Incident, u: f64, v: f64) -> Option<BrdfSample> {
+        let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
+        let (r, z) = (u.sqrt(), (1.0 - u).sqrt());
+        let wo = DVec3::new(r * cos, r * sin, z);
+        if z <= HORIZON {
+            return None;
+        }
+        let (f, pdf) = self.both(incident, wo);
+        Some(BrdfSample { wo, weight: f * wo.z / pdf, pdf, specular: false })
+    }
+
+    /// The draw of a slope in the frame of the cells.
+    #[inline(always)]
+    fn reflect(&self, incident: &Incident, blend: &Blend, [p, q]: [f64; 2], found: Found) -> Option<BrdfSample> {
+        let wi = incident.wi;
+        let local = incident.in_cells(wi);
+        // lean = cos_beta / cos_theta_h.
+        let lean = wi.z - p * local.x - q * local.y;
         let steepness = 1.0 + p * p + q * q;
-        let scale = 2.0 * lean / steepness;
-        let wo = DVec3::new(-slope.x * scale - wi.x, -slope.y * scale - wi.y, scale - wi.z);
+        let inverse = 1.0 / (steepness * lean);
+        let scale = 2.0 * lean * lean * inverse;
+        let wo = incident.out_of_cells(DVec3::new(-p * scale - local.x, -q * scale - local.y, scale - wi.z));
         if !(lean > 0.0 && wo.z > HORIZON) {
             return None;
         }
-        let sample = self.weigh(&incident, &blend, wo, coordinates, lean, steepness);
-        (sample.pdf > 0.0).then_some(sample)
-    }
-
-    /// What a draw of `wo` for `wi` and slope `(p, q)` weighs, `lean = cos_beta / cos_theta_h`.
-    #[inline(always)]
-    fn weigh(
-        &self,
-        incident: &Incident,
-        blend: &Blend,
-        wo: DVec3,
-        coordinates: [f64; 2],
-        lean: f64,
-        steepness: f64,
-    ) -> BrdfSample {
-        let found = self.slabs.at(&incident.place, coordinates);
-        let reflectance = self.table.material.reflectance(lean * (1.0 / steepness).sqrt());
+        let reflectance = self.table.material.reflectance((0.5 * lean * scale).sqrt());
+        let cosines = incident.cosines(&self.table.masking, wo.z);
+        let density = incident.balance * reflectance * f64::from(found.density) * lean * wo.z;
+        let draws = f64::from(found.draws);
+        if self.glossy {
+            let pdf = 0.25 * draws * steepness * steepness * steepness * inverse;
+            return Some(BrdfSample { wo, weight: density / (cosines * draws), pdf, specular: false });
+        }
         // dw / (dp dq) = 4 cos_beta cos^3 theta_h: rest and draws stay per slope, floor and cosine come to it.
         let per_slope = 4.0 * lean / (steepness * steepness);
-        let rest = incident.balance * reflectance * found.density * lean / incident.wi.z;
-        let reflected = rest + blend.diffuse * wo.z * per_slope;
-        let draws = found.draws + blend.floor * wo.z * (1.0 / PI) * per_slope;
-        BrdfSample { wo, weight: reflected / draws, pdf: draws / per_slope, specular: false }
+        let reflected = density / cosines + blend.diffuse * wo.z * per_slope;
+        let draws = draws + blend.floor * wo.z * (1.0 / PI) * per_slope;
+        Some(BrdfSample { wo, weight: reflected / draws, pdf: draws / per_slope, specular: false })
     }
-}
-
-/// Mean of `R(beta) cb / (ch ci)` above the horizon over each cell that holds something.
-fn reflected_shares(table: &Table, density: &[f64], wi: DVec3) -> Vec<f64> {
-    let cells = &table.cells;
-    let row = cells.row_length();
-    let holds = |k: usize| density.get(k).is_some_and(|&t| t > 0.0);
-    (0..cells.len())
-        .map(|k| {
-            let near = [k.wrapping_sub(row), k, k + row];
-            if near.iter().any(|&m| holds(m.wrapping_sub(1)) || holds(m) || holds(m + 1)) {
-                cell_weight(cells, k, wi, &table.material).0 / cells.area(k)
-            } else {
-                0.0
-            }
-        })
-        .collect()
-}
-
-/// Weights 1, 2, 1 along each axis: a hat reaches into the neighbouring cells.
-fn blurred(cells: &HalfVectorCells, values: &[f64]) -> Vec<f64> {
-    let row = cells.row_length();
-    let along = |values: &[f64], step: usize| -> Vec<f64> {
-        (0..values.len())
-            .map(|k| {
-                let beside = |k: Option<usize>| k.and_then(|k| values.get(k)).copied().unwrap_or(0.0);
-                0.5 * values[k] + 0.25 * (beside(k.checked_sub(step)) + beside(Some(k + step)))
-            })
-            .collect()
-    };
-    along(&along(values, 1), row)
 }
 
 impl Brdf for TableBrdf {
@@ -288,10 +280,11 @@ impl Brdf for TableBrdf {
     }
 
     fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
-        self.sample_by(wi, u, |node, u| {
-            let alias = self.nodes[node].alias.as_ref()?;
-            Some(alias.draw(((u * TWO_53) as i64 as u64) << 11))
-        })
+        self.sample_by(wi, u, |node, u| self.slots.draw(node, u))
+    }
+
+    fn sample_many(&self, wi: &[DVec3], u: &[[f64; 2]], out: &mut [Option<BrdfSample>]) {
+        run::sample(self, wi, u, out);
     }
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
@@ -326,10 +319,10 @@ impl Brdf for TableBrdf {
 
 /// The second of two with probability `share`, and what is left of `u`.
 #[inline(always)]
-fn choose(share: f64, u: f64) -> (bool, f64) {
-    let second = u >= 1.0 - share;
-    // Looked up: a branch on a random number is missed every other time.
-    let from = [0.0, 1.0 - share][usize::from(second)];
-    let width = [1.0 - share, share][usize::from(second)];
-    (second, at_most((u - from) / width, 1.0 - f64::EPSILON))
+fn choose(share: f64, u: f64) -> (usize, f64) {
+    let from = 1.0 - share;
+    let second = not_below(u, from);
+    let one = f64::from_bits(second & 1f64.to_bits());
+    let width = from + one * (share - from);
+    ((second & 1) as usize, at_most(at_least((u - one * from) / width, 0.0), 1.0 - f64::EPSILON))
 }

@@ -172,7 +172,12 @@ impl HalfVectorCells {
     /// Slope at grid coordinates.
     #[inline]
     pub fn slope_at(&self, [u, v]: [f64; 2]) -> (f64, f64) {
-        let (x, y) = (self.axes[0].place(u), self.axes[1].place(v));
+        self.slope_of([self.axes[0].place(u), self.axes[1].place(v)])
+    }
+
+    /// Slope at a place along the axes, in core cells.
+    #[inline]
+    pub fn slope_of(&self, [x, y]: [f64; 2]) -> (f64, f64) {
         let [a, b] = &self.to_slope;
         (self.centre[0] + a[0] * x + a[1] * y, self.centre[1] + b[0] * x + b[1] * y)
     }

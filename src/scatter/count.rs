@@ -167,6 +167,7 @@ pub fn count(
             warnings.extend(warning::of_border(&field, &statistics, d.theta_i, &d.tally, lit, options.tolerance));
         }
         warnings.extend(warning::of_walls(map, &statistics, lit));
+        warnings.extend(warning::of_detectors(detectors.as_ref(), &statistics, &options.theta_i));
     }
     // Parts share beams; a wave is whole or not at all.
     if let (Some(field), Some(range), true) = (&wave_field, waves, run.is_whole()) {

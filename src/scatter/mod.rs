@@ -16,7 +16,6 @@ pub mod facet_sum;
 pub mod facing;
 pub mod flights;
 pub mod glints;
-pub mod hats;
 pub mod kirchhoff;
 pub mod lanes;
 pub mod quick_sums;

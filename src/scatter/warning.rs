@@ -1,9 +1,11 @@
 //! What a scatter run has to say against itself.
 
+use super::detectors::Detectors;
 use super::selection::Footprint;
 use super::tally::Tally;
 use crate::facets::{HeightField, SlopeStatistics, slopes};
 use crate::heightmap::{Edges, HeightMap};
+use crate::math::direction;
 use std::fmt;
 
 /// Slope from which a facet is a wall: 84.3 deg.
@@ -39,6 +41,17 @@ pub enum Warning {
         theta_i: f64,
         /// Length of the longest shadow \[m\] over the side of the map.
         reach: f64,
+    },
+    /// Detectors that do not resolve the lobe.
+    WideDetectors {
+        /// Incident polar angle \[rad\].
+        theta_i: f64,
+        /// Widths of the detector in the mirror direction, along theta and across \[rad\].
+        width: [f64; 2],
+        /// Standard deviations of the lobe there, likewise \[rad\].
+        lobe: [f64; 2],
+        /// Share that the mean over the detector lacks to the peak of a Gaussian lobe in the mirror direction.
+        loss: f64,
     },
     /// Walls that no height map can hold.
     Walls {
@@ -83,6 +96,18 @@ impl fmt::Display for Warning {
                  0.15,0.15,0.85,0.85.",
                 degrees(theta_i),
                 100.0 * reach,
+            ),
+            Warning::WideDetectors { theta_i, width, lobe, loss } => write!(
+                f,
+                "At {} deg the detector in the mirror direction is {:.2} x {:.2} deg wide and the lobe, as one standard \
+                 deviation, {:.2} x {:.2} deg: f_r there is about {:.0} % below the peak of the lobe. The energies hold; \
+                 for the shape take more detectors or --detectors half-vector, for gloss `asperity gloss`.",
+                degrees(theta_i),
+                width[0].to_degrees(),
+                width[1].to_degrees(),
+                lobe[0].to_degrees(),
+                lobe[1].to_degrees(),
+                100.0 * loss,
             ),
             Warning::Walls { count, share, steepest } => write!(
                 f,
@@ -160,6 +185,36 @@ pub fn of_walls(map: &HeightMap, statistics: &SlopeStatistics, lit: Footprint) -
     }
     let share = count as f64 / statistics.facets as f64;
     (count > 0).then_some(Warning::Walls { count, share, steepest: steepest2.sqrt() })
+}
+
+/// Detectors wider than half a standard deviation of the lobe, at the angle where this tells most; an exactly flat surface has
+/// no lobe.
+///
+/// A facet's slope turns the ray by twice as much along theta, across by `2 cos_theta` times.
+pub fn of_detectors(detectors: &dyn Detectors, statistics: &SlopeStatistics, theta_i: &[f64]) -> Option<Warning> {
+    let slope = (0.5 * (statistics.axes[0].powi(2) + statistics.axes[1].powi(2))).sqrt() * statistics.core;
+    let worst = |theta: &f64| {
+        let (wi, mirror) = (direction(*theta, 0.0), direction(*theta, std::f64::consts::PI));
+        let b = detectors.bounds(detectors.index(wi, mirror));
+        let width = [b.theta[1] - b.theta[0], (b.phi[1] - b.phi[0]) * theta.sin()];
+        let lobe = [2.0 * slope, 2.0 * slope * theta.cos()];
+        let ratio = width.iter().zip(lobe).map(|(w, l)| w / l).fold(0.0, f64::max);
+        let across = [b.phi[0] - std::f64::consts::PI, b.phi[1] - std::f64::consts::PI].map(|a| a * theta.sin());
+        let mean = mean_of_gaussian(b.theta.map(|t| t - theta), lobe[0]) * mean_of_gaussian(across, lobe[1]);
+        (ratio, Warning::WideDetectors { theta_i: *theta, width, lobe, loss: 1.0 - mean })
+    };
+    let found = theta_i.iter().map(worst).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (slope > 0.0 && found.0 > WIDEST && detectors.slope_cells().is_none()).then_some(found.1)
+}
+
+/// Widest detector in standard deviations of the lobe: at half of one its mean is 1 % below the peak.
+const WIDEST: f64 = 0.5;
+
+/// Mean of `exp(-x^2 / (2 sigma^2))` from `low` to `high`.
+fn mean_of_gaussian([low, high]: [f64; 2], sigma: f64) -> f64 {
+    let scale = std::f64::consts::SQRT_2 * sigma;
+    let mean = 0.5 * std::f64::consts::PI.sqrt() * scale * (libm::erf(high / scale) - libm::erf(low / scale));
+    if high - low > 1e-6 * sigma { mean / (high - low) } else { (-(low / scale).powi(2)).exp() }
 }
 
 /// An angle \[rad\] in degrees with as many digits as it needs.

@@ -4,6 +4,7 @@ use super::Table;
 use super::mesh::Mesh;
 use super::nodes::{Place, at_turn};
 use crate::math::direction;
+use crate::scatter::axis::{at_least, at_most, nearest};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -39,10 +40,11 @@ pub(crate) fn mirror_energies(table: &Table) -> Vec<f64> {
     own(table, &mesh(table))
 }
 
-fn mesh(table: &Table) -> Mesh {
+/// Quadrature over all cells that hold something at any node.
+pub(crate) fn mesh(table: &Table) -> Mesh<'_> {
     let n = table.cells.len();
     let filled: Vec<bool> = (0..n).map(|k| table.density.iter().skip(k).step_by(n).any(|&t| t != 0.0)).collect();
-    Mesh::new(&table.cells, &filled)
+    Mesh::new(&table.cells, &filled, &table.masking)
 }
 
 fn own(table: &Table, mesh: &Mesh) -> Vec<f64> {
@@ -90,7 +92,7 @@ impl Balance {
         let along = |azimuth: usize| -> Vec<f64> {
             let [x, y] = at_turn(azimuth as f64 * 4.0 / azimuths as f64);
             let wi = |cos: f64, sin: f64| DVec3::new(sin * x, sin * y, cos);
-            let place = table.finder.place(wi(0.5f64.sqrt(), 0.5f64.sqrt()), 0.5f64.sqrt());
+            let place = table.finder.place(wi(0.5f64.sqrt(), 0.5f64.sqrt()));
             let phis = table.phi_i.len();
             // Density and energy of a polar angle's nodes, interpolated to this azimuth.
             let at = |theta: usize| -> (Vec<f64>, f64) {
@@ -131,25 +133,40 @@ impl Balance {
         Balance { azimuths, factor, intervals, steps, last_cos: last.cos(), last_tangent: last.tan(), own }
     }
 
+    /// Step of the polar angle, and the share of the next one. Steps run on from interval to interval and over the last
+    /// node towards the horizon.
+    #[inline(always)]
+    fn step(&self, theta: usize, upper: f64, tangent: f64, cos_theta_i: f64) -> (usize, f64) {
+        let x = if tangent > self.last_tangent || self.intervals == 0 {
+            let beyond = 1.0 - cos_theta_i / self.last_cos;
+            (self.intervals * STEPS) as f64 + at_most(at_least(beyond, 0.0), 1.0) * BEYOND as f64
+        } else {
+            (theta as f64 + upper) * STEPS as f64
+        };
+        let (step, whole) = nearest(at_most(at_least(x - 0.5, 0.0), (self.steps - 1) as f64));
+        (step, x - whole)
+    }
+
+    /// `b` of a table that does not depend on the azimuth, at the share `upper` of the interval `theta`.
+    #[inline(always)]
+    pub fn of_isotropic(&self, theta: usize, upper: f64, tangent: f64, cos_theta_i: f64) -> f64 {
+        let (step, u) = self.step(theta, upper, tangent, cos_theta_i);
+        let rows = &self.factor[step..step + 2];
+        rows[0] + u * (rows[1] - rows[0])
+    }
+
     /// `b(wi)`, interpolated.
     #[inline(always)]
     pub fn at(&self, place: &Place, cos_theta_i: f64) -> f64 {
-        // Steps run on from interval to interval and over the last node towards the horizon.
-        let x = if place.tangent > self.last_tangent || self.intervals == 0 {
-            let beyond = 1.0 - cos_theta_i / self.last_cos;
-            (self.intervals * STEPS) as f64 + beyond.clamp(0.0, 1.0) * BEYOND as f64
-        } else {
-            (place.theta as f64 + place.u) * STEPS as f64
-        };
-        let step = (x as i32 as usize).min(self.steps - 1);
-        let u = x - step as f64;
-        let rows = &self.factor[step * self.azimuths..(step + 2) * self.azimuths];
         if self.azimuths == 1 {
-            return rows[0] + u * (rows[1] - rows[0]);
+            return self.of_isotropic(place.theta, place.u, place.tangent, cos_theta_i);
         }
+        let (step, u) = self.step(place.theta, place.u, place.tangent, cos_theta_i);
+        let rows = &self.factor[step * self.azimuths..(step + 2) * self.azimuths];
         let y = place.turn * (self.azimuths as f64 / 4.0);
-        let k = (y as i32 as usize).min(self.azimuths - 1);
-        let (v, next) = (y - k as f64, (k + 1) % self.azimuths);
+        let (k, whole) = nearest(at_most(at_least(y - 0.5, 0.0), (self.azimuths - 1) as f64));
+        let v = y - whole;
+        let next = if k + 1 < self.azimuths { k + 1 } else { 0 };
         let low = rows[k] + v * (rows[next] - rows[k]);
         let high = rows[self.azimuths + k] + v * (rows[self.azimuths + next] - rows[self.azimuths + k]);
         low + u * (high - low)

@@ -2,6 +2,7 @@
 
 use super::balance::Balance;
 use super::floor::diffuse_albedo;
+use super::masking::Masking;
 use super::mesh::Mesh;
 use super::nodes::Nodes;
 use super::{Node, Provenance, Table};
@@ -9,17 +10,18 @@ use crate::math::direction;
 use crate::optics::Material;
 use crate::scatter::cells::HalfVectorCells;
 use crate::scatter::detectors::Detectors;
-use crate::scatter::facing::cell_weight;
 use crate::scatter::{Method, Scatter, Tally};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// A cell of which less than this share has its mirror direction above the horizon says too little about its density.
+/// A cell of which less than this share has its mirror direction above the horizon says too little about its density: that
+/// of the node of the next smaller angle stands in, or that of all facets, so that a lobe interpolated between nodes
+/// does not fade.
 const SEEN_ENOUGH: f64 = 0.05;
 
 impl Table {
     /// Splits every tally into specular core, diffuse floor and glossy rest, and tabulates the rest:
-    /// `T_k = (E_k - F W_k / pi) / integral over cell k of R(beta) cb / (ch ci) dp dq`, `F` the albedo of the floor and `W_k` the
+    /// `T_k = (E_k - F W_k / pi) / integral over cell k of R(beta) G cb / (ch ci) dp dq`, `F` the albedo of the floor and `W_k` the
     /// projected solid angle of the cell; then made consistent with interpolation: the mean of the interpolated `T` over
     /// each cell equals `T_k` to second order, and core + floor + rest is exactly the escaped energy of each incident direction.
     pub fn from_scatter(scatter: &Scatter, provenance: Provenance) -> Table {
@@ -36,6 +38,7 @@ impl Table {
             relative_error: Vec::new(),
             subarea_ratio: ratios(&scatter.density.subareas, &scatter.density.density),
             speckle_ratio: scatter.wave.as_ref().map_or_else(Vec::new, |w| ratios(&w.replicates, &mean(&w.replicates))),
+            masking: Masking::of(&scatter.statistics),
             nodes: Vec::new(),
             balance: Balance::default(),
             provenance,
@@ -55,7 +58,7 @@ impl Table {
                 // A wave's halo is speckle: no cell of it is low for want of hits.
                 node.diffuse = if wave { 0.0 } else { diffuse_albedo(cells, tally, &facets, &projected, wi) };
                 let below = t.checked_sub(1).map(|below| raw[below * phis + p].as_slice());
-                let mut density = cell_densities(scatter, tally, wi, node.diffuse, &projected, below);
+                let mut density = cell_densities(scatter, &table.masking, tally, wi, node.diffuse, &projected, below);
                 if scatter.isotropic {
                     density = (0..n).map(|k| 0.5 * (density[k] + density[cells.mirrored(k)])).collect();
                 }
@@ -70,7 +73,7 @@ impl Table {
         }
         raw.par_iter_mut().for_each(|density| keep_cell_means(cells, density));
         let filled: Vec<bool> = (0..n).map(|k| raw.iter().any(|density| density[k] > 0.0)).collect();
-        let mesh = Mesh::new(cells, &filled);
+        let mesh = Mesh::new(cells, &filled, &table.masking);
         raw.par_iter_mut().enumerate().for_each(|(node, density)| {
             let wi = direction(table.theta_i[node / phis], table.phi_i[node % phis]);
             let held = mesh.energy(&mesh.values(density), wi, &scatter.material);
@@ -94,8 +97,10 @@ impl Table {
             .map(|node| {
                 let wi = direction(self.theta_i[node / phis], self.phi_i[node % phis]);
                 let base = &self.density[self.node_range(node)];
-                let weights: Vec<(f64, f64)> =
-                    (0..base.len()).map(|k| cell_weight(&self.cells, k, wi, &self.material)).collect();
+                let weights: Vec<(f64, f64)> = (0..base.len())
+                    .map(|k| self.masking.cell_weight(&self.cells, k, wi, &self.material))
+                    .map(|weight| (weight.reflected, weight.lit))
+                    .collect();
                 let albedos: Vec<f64> = self
                     .ratios_of(node)
                     .iter()
@@ -117,13 +122,13 @@ impl Table {
 /// Cells with fewer facets keep their own count: a ratio of small numbers would add noise.
 const ENOUGH_FACETS: u64 = 8;
 
-/// Density of the glossy rest per cell; where the cell is (nearly) below the horizon the node of the next smaller angle
-/// stands in, so that a lobe interpolated between the two does not fade.
+/// `T` of the glossy rest per cell.
 ///
 /// A facet sum knows which facets it asked: multiplying by (density of all facets) / (density of those asked) leaves it
 /// only the visible share to estimate.
 fn cell_densities(
     scatter: &Scatter,
+    masking: &Masking,
     tally: &Tally,
     wi: DVec3,
     diffuse: f64,
@@ -135,13 +140,12 @@ fn cell_densities(
     let hemisphere: f64 = projected.iter().sum();
     (0..cells.len())
         .map(|k| {
-            let (reflected, _) = cell_weight(cells, k, wi, &scatter.material);
-            let (seen, _) = cell_weight(cells, k, wi, &Material::Mirror);
             if cells.is_border(k) {
                 return 0.0;
             }
-            if seen < SEEN_ENOUGH * cells.area(k) || reflected <= 0.0 {
-                return below.map_or(0.0, |b| b[k]);
+            let weight = masking.cell_weight(cells, k, wi, &scatter.material);
+            if weight.seen < SEEN_ENOUGH * cells.area(k) || weight.reflected <= 0.0 {
+                return below.map_or_else(|| scatter.density.density[k], |b| b[k]);
             }
             let mut energy = share(tally, k);
             if let Some(&n) = tally.asked.get(k)
@@ -150,7 +154,7 @@ fn cell_densities(
                 let asked_density = n as f64 / (asked as f64 * cells.area(k));
                 energy *= scatter.density.density[k] * (1.0 - scatter.density.core).recip() / asked_density;
             }
-            (energy - diffuse * projected[k] / hemisphere).max(0.0) / reflected
+            (energy - diffuse * projected[k] / hemisphere).max(0.0) / weight.reflected
         })
         .collect()
 }
@@ -234,6 +238,7 @@ fn node_of(tally: &Tally, material: &Material, wi: DVec3) -> Node {
         } else {
             0.0
         },
+        one_ray: if tally.beams > 0 { book.escaped / tally.beams as f64 } else { 0.0 },
         absorbed: book.absorbed,
         lost: book.lost,
         diffuse: 0.0,

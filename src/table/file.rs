@@ -1,4 +1,4 @@
-//! The native file: a ZIP of NumPy arrays (`numpy.load` opens it), version 2.
+//! The native file: a ZIP of NumPy arrays (`numpy.load` opens it), version 3.
 //!
 //! Every member `NAME.npy` is stored by Deflate, dated 1980-01-01, and unpacks to the bytes `93 4E 55 4D 50 59 01 00` (NPY
 //! 1.0), the length of what follows up to the data as u16, the text `{'descr': '<f8', 'fortran_order': False, 'shape': (T, P,
@@ -21,11 +21,14 @@
 //! | `diffuse_albedo` | f64 \[T,P\] | albedo F of the diffuse floor, `f_r = F / pi` |
 //! | `speckle_ratio` | f64 \[U,K\] | the same for nodes of the wave calculation: parts of the speckle |
 //! | `specular_core_share` | f64 \[T,P\] | share of the light that stays a mirror beam (before Fresnel) |
+//! | `masking` | f64 \[129\] | `cos Lambda(cos)` of G in [`Table`]'s formula at the cosines 0, 1/128 .. 1; not in version 2, where G = 1 |
 //! | `wave`, `specular_core_relative_se` | f64 \[T,P\] | 1 where the wave calculation served; error of its mirror beam |
+//! | `one_ray_share` | f64 \[T,P\] | share of the incident energy that one counted ray carried, 0 without rays; not in version 2 |
 //! | `albedo`, `albedo_se`, `absorbed`, `lost`, `multiple_bounce`, `shadowed` | f64 \[T,P\] | energy book |
 //!
 //! All little-endian, C order. Same table, same bytes.
 
+use super::masking::Masking;
 use super::nodes::Nodes;
 use super::{Node, Provenance, Table, balance::Balance};
 use crate::archive::{self, Archive};
@@ -39,7 +42,10 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Version written and read.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
+
+/// Oldest version read: it has no masking of its own.
+const OLDEST: u32 = 2;
 
 const NAME: &str = "asperity table";
 
@@ -57,7 +63,7 @@ struct Header {
 
 /// Accessors of [`Node`] in the order they are stored.
 type Field = (&'static str, fn(&mut Node) -> &mut f64);
-const NODE_FIELDS: [Field; 10] = [
+const NODE_FIELDS: [Field; 11] = [
     ("diffuse_albedo", |n| &mut n.diffuse),
     ("specular_core_share", |n| &mut n.core_share),
     ("albedo", |n| &mut n.albedo),
@@ -68,6 +74,7 @@ const NODE_FIELDS: [Field; 10] = [
     ("shadowed", |n| &mut n.shadowed),
     ("wave", |n| &mut n.wave),
     ("specular_core_relative_se", |n| &mut n.core_error),
+    ("one_ray_share", |n| &mut n.one_ray),
 ];
 
 impl Table {
@@ -109,6 +116,7 @@ impl Table {
                 "subarea_ratio",
                 npy::encode(&[self.subarea_ratio.len(), k], self.subarea_ratio.iter().flatten().copied()),
             ),
+            ("masking", list(self.masking.steps().to_vec())),
             (
                 "speckle_ratio",
                 npy::encode(&[self.speckle_ratio.len(), k], self.speckle_ratio.iter().flatten().copied()),
@@ -153,14 +161,14 @@ impl Table {
         if header.version > FORMAT_VERSION {
             return Err(Fault::Unsupported {
                 format: NAME,
-                what: format!("version {} (this program reads version {FORMAT_VERSION})", header.version),
+                what: format!("version {} (this program reads versions {OLDEST} to {FORMAT_VERSION})", header.version),
                 advice: "update asperity, or make the table again from its height map".to_owned(),
             });
         }
-        if header.version < FORMAT_VERSION {
+        if header.version < OLDEST {
             return Err(Fault::Unsupported {
                 format: NAME,
-                what: format!("version {} (this program reads version {FORMAT_VERSION})", header.version),
+                what: format!("version {} (this program reads versions {OLDEST} to {FORMAT_VERSION})", header.version),
                 advice: "make the table again from its height map".to_owned(),
             });
         }
@@ -193,8 +201,20 @@ impl Table {
         {
             return Err(corrupt("a density is negative or not finite".to_owned()));
         }
+        let masking = if header.version == OLDEST {
+            Masking::none()
+        } else {
+            let steps = member::<f64>(&mut archive, "masking", None)?;
+            let sound = steps.iter().all(|s| *s >= 0.0 && s.is_finite());
+            Masking::from_steps(steps)
+                .filter(|_| sound)
+                .ok_or_else(|| corrupt("masking is not 129 finite, non-negative numbers".to_owned()))?
+        };
         let mut nodes = vec![Node::default(); n];
         for (name, field) in NODE_FIELDS {
+            if header.version == OLDEST && name == "one_ray_share" {
+                continue;
+            }
             for (node, value) in nodes.iter_mut().zip(member::<f64>(&mut archive, name, Some(n))?) {
                 if !(value >= 0.0 && value.is_finite()) {
                     return Err(corrupt(format!("{name} is negative or not finite")));
@@ -213,6 +233,7 @@ impl Table {
             relative_error,
             subarea_ratio: ratios.chunks(k).map(<[f64]>::to_vec).collect(),
             speckle_ratio: speckle.chunks(k).map(<[f64]>::to_vec).collect(),
+            masking,
             nodes,
             balance: Balance::default(),
             provenance: header.provenance,

@@ -1,5 +1,6 @@
 //! Quadrature of the interpolated density over the slope plane.
 
+use super::masking::Masking;
 use crate::optics::Material;
 use crate::scatter::HalfVectorCells;
 use crate::scatter::cells::Stencil;
@@ -11,7 +12,8 @@ const OFFSETS: [f64; 4] =
     [0.105_662_432_702_593_5, 0.394_337_567_297_406_5, 0.605_662_432_702_593_5, 0.894_337_567_297_406_5];
 
 /// Quadrature points of all cells under a hat that holds something.
-pub(crate) struct Mesh {
+pub(crate) struct Mesh<'a> {
+    masking: &'a Masking,
     points: Vec<Point>,
 }
 
@@ -22,9 +24,9 @@ struct Point {
     stencil: Stencil,
 }
 
-impl Mesh {
+impl<'a> Mesh<'a> {
     /// The points where a density that is zero outside `filled` cells may be above zero.
-    pub fn new(cells: &HalfVectorCells, filled: &[bool]) -> Mesh {
+    pub fn new(cells: &HalfVectorCells, filled: &[bool], masking: &'a Masking) -> Mesh<'a> {
         let row = cells.row_length();
         let near = |k: usize| {
             let rows = [k.checked_sub(row), Some(k), Some(k + row)];
@@ -43,7 +45,7 @@ impl Mesh {
                 })
             })
             .collect();
-        Mesh { points }
+        Mesh { masking, points }
     }
 
     /// `T` at every point.
@@ -51,27 +53,48 @@ impl Mesh {
         self.points.iter().map(|x| x.stencil.iter().map(|&(k, w)| density[k] * w).sum()).collect()
     }
 
-    /// `integral of R(beta) T cb / (ch ci) dp dq` over facets that face `wi` and mirror it above the horizon.
+    /// `integral of R(beta) G T cb / (ch ci) dp dq` over facets that face `wi` and mirror it above the horizon.
     pub fn energy(&self, values: &[f64], wi: DVec3, material: &Material) -> f64 {
         let mut sum = 0.0;
         for (x, t) in self.points.iter().zip(values) {
             let (lean, steepness) = lean(x.p, x.q, wi);
             if *t > 0.0 && lean > 0.0 && 2.0 * lean > wi.z * steepness {
-                sum += t * x.area * lean * material.reflectance(lean / steepness.sqrt());
+                sum += t * self.weight(x, lean, steepness, wi) * material.reflectance(lean / steepness.sqrt());
             }
         }
         sum / wi.z
     }
 
-    /// The same for mirror facets and a density between two: `(1 - u) a + u b`.
+    /// The energy of every cell's hat: the same for a density of 1 in that cell alone.
+    pub fn hat_energies(&self, cells: usize, wi: DVec3, material: &Material) -> Vec<f64> {
+        let mut energies = vec![0.0; cells];
+        for x in &self.points {
+            let (lean, steepness) = lean(x.p, x.q, wi);
+            if lean > 0.0 && 2.0 * lean > wi.z * steepness {
+                let reflectance = material.reflectance(lean / steepness.sqrt());
+                let energy = self.weight(x, lean, steepness, wi) * reflectance / wi.z;
+                x.stencil.iter().for_each(|&(k, w)| energies[k] += w * energy);
+            }
+        }
+        energies
+    }
+
+    /// As [`Mesh::energy`] for mirror facets and a density between two: `(1 - u) a + u b`.
     pub fn mirror_energy(&self, a: &[f64], b: &[f64], u: f64, wi: DVec3) -> f64 {
         let mut sum = 0.0;
         for ((x, a), b) in self.points.iter().zip(a).zip(b) {
             let (lean, steepness) = lean(x.p, x.q, wi);
             let lit = lean > 0.0 && 2.0 * lean > wi.z * steepness;
-            sum += if lit { (a + u * (b - a)) * x.area * lean } else { 0.0 };
+            sum += if lit { (a + u * (b - a)) * self.weight(x, lean, steepness, wi) } else { 0.0 };
         }
         sum / wi.z
+    }
+
+    /// `G cb / ch` times the area of the point.
+    #[inline]
+    fn weight(&self, x: &Point, lean: f64, steepness: f64, wi: DVec3) -> f64 {
+        let cos = 2.0 * lean / steepness - wi.z;
+        self.masking.visible(wi.z, self.masking.times_cosine(wi.z), cos) * x.area * lean
     }
 }
 

@@ -1,18 +1,21 @@
 //! Floor 5: the BRDF as numbers.
 
+mod angles;
 mod balance;
 mod build;
 mod eval;
 mod file;
 mod floor;
+mod masking;
 mod mesh;
 mod nodes;
 
-pub(crate) use balance::albedos;
+pub(crate) use balance::{albedos, mesh};
 pub(crate) use eval::Incident;
 pub use file::FORMAT_VERSION;
+pub(crate) use masking::Masking;
 pub use nodes::NodeWeights;
-pub(crate) use nodes::{Nodes, Place};
+pub(crate) use nodes::{Nodes, Place, not_below};
 
 use crate::optics::Material;
 use crate::scatter::{HalfVectorCells, Method};
@@ -40,12 +43,14 @@ pub struct Provenance {
     pub program: String,
 }
 
-/// `f_r(wi, wo) = specular core + F(wi) / pi + b R(beta) T(theta_i, phi_i; slope) / (4 cos_theta_i cos_theta_r cos^4 theta_h)`.
+/// `f_r(wi, wo) = specular core + F(wi) / pi + b R(beta) G T(theta_i, phi_i; slope) / (4 cos_theta_i cos_theta_r cos^4 theta_h)`.
 ///
-/// `F` is the albedo of the diffuse floor. `T` is the density of lit, unhidden facets per unit slope area, tabulated over
+/// `F` is the albedo of the diffuse floor. `G T` is the density of lit, unhidden facets per unit slope area: `G` is
+/// Smith's factor of the measured slopes, which takes care of the horizon, and `T` is tabulated over
 /// half-vector cells for each incident direction and interpolated linearly in both axes, tan(theta_i) and the turn of
-/// phi_i; `R` is the Fresnel reflectance, never tabulated; `b` is 1 at the nodes and keeps the energy between them. The half vector fixes the facet (Torrance and Sparrow 1967), so lobes move with
-/// `wi` instead of fading from node to node. Outside the nodes the nearest one serves.
+/// phi_i; `R` is the Fresnel reflectance, never tabulated; `b` is 1 at the nodes and keeps the energy between them. The half
+/// vector fixes the facet (Torrance and Sparrow 1967), so lobes move with `wi` instead of fading from node to node. Outside
+/// the nodes the nearest one serves.
 ///
 /// An isotropic table lies in the frame of the source (`phi_i = 0`), an anisotropic one in that of the map.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,6 +72,8 @@ pub struct Table {
     pub(crate) subarea_ratio: Vec<Vec<f64>>,
     /// The same for nodes of the wave calculation: `T` of independent parts of the speckle; empty if there is no such node.
     pub(crate) speckle_ratio: Vec<Vec<f64>>,
+    /// `G` of the formula.
+    pub(crate) masking: Masking,
     /// Facts per node, `[theta][phi]`.
     pub(crate) nodes: Vec<Node>,
     /// Energy between the nodes, derived from `density`; not stored in the file.
@@ -93,6 +100,9 @@ pub struct Node {
     pub shadowed: f64,
     /// 1 if the wave calculation served, 0 if rays did.
     pub wave: f64,
+    /// Share of the incident energy that one ray carried away; 0 if rays were not counted. Three of them are the 95 % bound of
+    /// a cell that received none.
+    pub one_ray: f64,
     /// Standard error of the core relative to it: map-to-map scatter of the mirror beam; 0 for rays.
     pub core_error: f64,
 }

@@ -1,10 +1,13 @@
 //! Where an incident direction lies between the nodes of a table.
 
-use crate::scatter::axis::{at_least, at_most};
+use crate::scatter::axis::{at_least, at_most, nearest};
 use glam::DVec3;
 
 /// Nodes that surround an incident direction and their weights, which sum to 1.
 pub type NodeWeights = [(usize, f64); 4];
+
+/// Steps of the cosine in which intervals are looked for.
+const BUCKETS: usize = 512;
 
 /// Incident angles prepared for finding.
 ///
@@ -13,9 +16,19 @@ pub type NodeWeights = [(usize, f64); 4];
 /// `turn = y / (|x| + |y|)` in the first quadrant, and so on round.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Nodes {
-    tangents: Vec<f64>,
-    per_gap: Vec<f64>,
+    gaps: Vec<Gap>,
+    /// The first interval that a step of the cosine reaches into.
+    first: Vec<u16>,
+    angles: usize,
     turns: Vec<f64>,
+}
+
+/// One interval of theta_i.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Gap {
+    /// Tangents of its nodes; the second is infinite for a single angle.
+    tangents: [f64; 2],
+    per_gap: f64,
 }
 
 /// One place between the nodes.
@@ -29,52 +42,113 @@ pub struct Place {
     pub v: f64,
     /// Turn of the direction, 0 to 4; 0 with a single azimuth.
     pub turn: f64,
-    /// Tangent of theta_i.
+    /// Tangent and sine of theta_i, cosine and sine of phi_i; along x for light from above.
     pub tangent: f64,
+    pub sine: f64,
+    pub azimuth: [f64; 2],
+}
+
+/// All ones if `a >= b`, from the sign of the difference: of a comparison on random numbers LLVM makes a branch, which is
+/// missed every other time.
+#[inline(always)]
+pub(crate) fn not_below(a: f64, b: f64) -> u64 {
+    !(((a - b).to_bits() as i64) >> 63) as u64
 }
 
 impl Nodes {
     /// Nodes at rising angles \[rad\].
     pub fn new(theta_i: &[f64], phi_i: &[f64]) -> Nodes {
         let tangents: Vec<f64> = theta_i.iter().map(|t| t.tan()).collect();
-        let per_gap = tangents.windows(2).map(|t| 1.0 / (t[1] - t[0])).collect();
+        let gap = |t: &[f64]| Gap { tangents: [t[0], t[1]], per_gap: 1.0 / (t[1] - t[0]) };
+        let gaps: Vec<Gap> = if tangents.len() > 1 {
+            tangents.windows(2).map(gap).collect()
+        } else {
+            tangents.iter().map(|&t| Gap { tangents: [t, f64::INFINITY], per_gap: 0.0 }).collect()
+        };
+        let first = (0..BUCKETS)
+            .map(|k| {
+                // Tangent at the end of the step, rounded down.
+                let cos = (k + 1) as f64 / BUCKETS as f64;
+                let tangent = (1.0 - cos * cos).sqrt() / cos * (1.0 - 1e-9);
+                gaps.iter().skip(1).filter(|gap| gap.tangents[0] <= tangent).count() as u16
+            })
+            .collect();
         let turns = phi_i.iter().map(|p| turn(p.cos(), p.sin())).collect();
-        Nodes { tangents, per_gap, turns }
+        Nodes { gaps, first, angles: theta_i.len(), turns }
     }
 
     /// Intervals of theta_i; 1 for a single angle as well.
     pub fn intervals(&self) -> usize {
-        self.per_gap.len().max(1)
+        self.gaps.len()
     }
 
-    /// Finds `wi`, which must lie above the horizon; `r` is the length of its horizontal part.
+    /// Interval of the cosine `z` and squared sine `r2`: neither root nor division, and the loop seldom turns.
     #[inline(always)]
-    pub fn place(&self, wi: DVec3, r: f64) -> Place {
-        let tangent = r / wi.z;
-        let (mut theta, mut u) = (0, 0.0);
-        if !self.per_gap.is_empty() {
-            // Counted over all angles: the branches of a search could not be predicted.
-            let inner = &self.tangents[1..self.tangents.len() - 1];
-            theta = inner.iter().map(|&t| usize::from(t <= tangent)).sum();
-            u = at_most(at_least((tangent - self.tangents[theta]) * self.per_gap[theta], 0.0), 1.0);
+    pub fn interval(&self, z: f64, r2: f64) -> usize {
+        let (step, _) = nearest(at_most(at_least(z * BUCKETS as f64 - 0.5, 0.0), (BUCKETS - 1) as f64));
+        let mut theta = usize::from(self.first[step]);
+        while theta + 1 < self.gaps.len() {
+            let bound = self.gaps[theta].tangents[1] * z;
+            if r2 < bound * bound {
+                break;
+            }
+            theta += 1;
         }
+        theta
+    }
+
+    /// Share of an interval's second node at a tangent.
+    #[inline(always)]
+    pub fn share(&self, theta: usize, tangent: f64) -> f64 {
+        let gap = &self.gaps[theta];
+        at_most(at_least((tangent - gap.tangents[0]) * gap.per_gap, 0.0), 1.0)
+    }
+
+    /// The second node of the interval with the probability of its share, and what is left of `u`. Decided by the tangent that
+    /// `u` asks for, before the share is known.
+    #[inline(always)]
+    pub fn choose(&self, place: &Place, z: f64, u: f64) -> (usize, f64) {
+        let [low, high] = self.gaps[place.theta].tangents;
+        let asked = z * (low + (1.0 - u) * (high - low));
+        let second = not_below(place.sine * place.sine, asked * asked);
+        let one = f64::from_bits(second & 1f64.to_bits());
+        let from = 1.0 - place.u;
+        let width = from + one * (place.u - from);
+        let left = (u - one * from) / width;
+        ((second & 1) as usize, at_most(at_least(left, 0.0), 1.0 - f64::EPSILON))
+    }
+
+    /// Finds `wi`, which must lie above the horizon.
+    #[inline(always)]
+    pub fn place(&self, wi: DVec3) -> Place {
+        // Too little to matter, but for light from above.
+        let x = wi.x + 1e-150;
+        let r2 = x * x + wi.y * wi.y;
+        let theta = self.interval(wi.z, r2);
+        let sine = r2.sqrt();
+        let inverse = 1.0 / (sine * wi.z);
+        let tangent = r2 * inverse;
+        let per_sine = inverse * wi.z;
+        let azimuth = [x * per_sine, wi.y * per_sine];
+        let u = self.share(theta, tangent);
         let n = self.turns.len();
-        if n == 1 {
-            return Place { theta, u, phi: [0, 0], v: 0.0, turn: 0.0, tangent };
+        let mut place = Place { theta, u, phi: [0, 0], v: 0.0, turn: 0.0, tangent, sine, azimuth };
+        if n > 1 {
+            let turn = turn(wi.x, wi.y);
+            let above = self.turns.iter().map(|&t| usize::from(t <= turn)).sum::<usize>();
+            let (p0, p1) = (if above == 0 { n - 1 } else { above - 1 }, if above == n { 0 } else { above });
+            let round = |x: f64| x + if x < 0.0 { 4.0 } else { 0.0 };
+            let gap = round(self.turns[p1] - self.turns[p0]);
+            let v = if gap > 0.0 { round(turn - self.turns[p0]) / gap } else { 0.0 };
+            place = Place { phi: [p0, p1], v, turn, ..place };
         }
-        let turn = turn(wi.x, wi.y);
-        let above = self.turns.iter().map(|&t| usize::from(t <= turn)).sum::<usize>();
-        let (p0, p1) = (if above == 0 { n - 1 } else { above - 1 }, if above == n { 0 } else { above });
-        let round = |x: f64| if x < 0.0 { x + 4.0 } else { x };
-        let gap = round(self.turns[p1] - self.turns[p0]);
-        let v = if gap > 0.0 { round(turn - self.turns[p0]) / gap } else { 0.0 };
-        Place { theta, u, phi: [p0, p1], v, turn, tangent }
+        place
     }
 
     /// The same as a list of node numbers, `theta * azimuths + phi`, and weights.
     pub fn weights(&self, place: &Place) -> NodeWeights {
         let n = self.turns.len();
-        let next = (place.theta + 1).min(self.tangents.len() - 1);
+        let next = (place.theta + 1).min(self.angles - 1);
         let Place { theta, u, phi: [p0, p1], v, .. } = *place;
         [
             (theta * n + p0, (1.0 - u) * (1.0 - v)),
@@ -88,19 +162,12 @@ impl Nodes {
 /// 0 to 4 for azimuths 0 to 2 pi, monotone; 0 on the axis.
 #[inline]
 pub fn turn(x: f64, y: f64) -> f64 {
-    let sum = x.abs() + y.abs();
-    if sum == 0.0 {
-        return 0.0;
-    }
-    let t = y / sum;
-    let turn = if x < 0.0 {
-        2.0 - t
-    } else if y < 0.0 {
-        4.0 + t
-    } else {
-        t
-    };
-    if turn >= 4.0 { 0.0 } else { turn }
+    let t = y / (x.abs() + y.abs() + f64::MIN_POSITIVE);
+    // Sums of masked terms: branches would be missed every other time.
+    let back = if x < 0.0 { 2.0 - 2.0 * t } else { 0.0 };
+    let below = if y < 0.0 { 4.0 } else { 0.0 };
+    let turn = t + back + if x < 0.0 { 0.0 } else { below };
+    if turn < 4.0 { turn } else { 0.0 }
 }
 
 /// The horizontal unit vector at a turn.
@@ -140,7 +207,7 @@ mod tests {
         let nodes = Nodes::new(&theta_i, &phi_i);
         let find = |t: f64, p: f64| {
             let wi = direction(t, p);
-            nodes.weights(&nodes.place(wi, wi.x.hypot(wi.y)))
+            nodes.weights(&nodes.place(wi))
         };
         for (i, &t) in theta_i.iter().enumerate().skip(1) {
             for (j, &p) in phi_i.iter().enumerate() {
@@ -160,6 +227,6 @@ mod tests {
         let share = (tangent(70.0) - tangent(60.0)) / (tangent(75.0) - tangent(60.0));
         assert!((find(70f64.to_radians(), 0.0)[1].1 - share).abs() < 1e-12);
         let single = Nodes::new(&[0.3], &[0.0]);
-        assert_eq!(single.weights(&single.place(direction(1.0, 2.0), 1f64.sin()))[0], (0, 1.0));
+        assert_eq!(single.weights(&single.place(direction(1.0, 2.0)))[0], (0, 1.0));
     }
 }

@@ -46,7 +46,7 @@ fn a_folder_with_bad_maps_still_gives_the_good_ones() {
     // Exactly these files: nothing under a temporary name, nothing half written.
     assert_eq!(
         listing(&out),
-        ["gloss.csv", "gloss_vs_roughness.svg", "rough.npz", "smooth.npz", "tiles.exr", "tiles.png"]
+        ["gloss.csv", "gloss_vs_roughness.svg", "report.html", "rough.npz", "smooth.npz", "tiles.exr", "tiles.png"]
     );
     let csv = std::fs::read_to_string(out.join("gloss.csv")).unwrap();
     let rows: Vec<&str> = csv.lines().skip(1).map(|l| l.split(',').next().unwrap()).collect();
@@ -56,6 +56,15 @@ fn a_folder_with_bad_maps_still_gives_the_good_ones() {
     assert_eq!(head("tiles.exr"), [0x76, 0x2f, 0x31, 0x01]);
     assert_eq!(head("rough.npz"), b"PK\x03\x04");
     assert!(std::fs::read_to_string(out.join("gloss_vs_roughness.svg")).unwrap().trim_end().ends_with("</svg>"));
+
+    // One page with everything on it, and nothing to be fetched from anywhere.
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    for part in
+        ["smooth.x3p", "rough.x3p", "Rayleigh g", "<svg", "data:image/png;base64,", "could not be used", "</html>"]
+    {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("src=\"http") && !page.contains("href=\"http") && !page.contains("url("));
 
     let errors = run.errors();
     let (closing, each) = errors.split_last().expect("errors");

@@ -56,6 +56,7 @@ fn instrument_files_report_what_the_collection_says() {
             "gloss.csv",
             "gloss_vs_roughness.svg",
             "opd-1.npz",
+            "report.html",
             "tiles.exr",
             "tiles.png",
             "valid_zygo_dat_file.npz",

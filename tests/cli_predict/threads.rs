@@ -27,7 +27,7 @@ fn outputs(maps: &Path, out: &Path, threads: &str, flags: &[&str]) -> Vec<(Strin
 
 #[track_caller]
 fn same(a: &[(String, Vec<u8>)], b: &[(String, Vec<u8>)], flags: &[&str]) {
-    assert_eq!(a.len(), 6, "tables of two maps, CSV, chart, two pictures");
+    assert_eq!(a.len(), 7, "tables of two maps, CSV, chart, two pictures, report");
     for (a, b) in a.iter().zip(b) {
         assert_eq!(a.0, b.0);
         assert!(a.1 == b.1, "{} differs with {flags:?}", a.0);

@@ -2,6 +2,7 @@
 
 use crate::materials::{Beckmann, Mirror};
 use asperity::optics::brdf::Brdf;
+use asperity::render::stage::Backdrop;
 use asperity::render::{Film, Tile, TilesOptions, TilesPicture, exr_bytes, render_tiles};
 use std::sync::Mutex;
 
@@ -38,8 +39,8 @@ fn one_and_two_threads_write_the_same_bytes() {
         let (png, exr) = (folder.path().join("t.png"), folder.path().join("t.exr"));
         pool.install(|| {
             let picture = compare(&materials, &quick());
-            picture.save_png(&png).unwrap();
-            picture.save_exr(&exr).unwrap();
+            picture.save(&png).unwrap();
+            picture.save(&exr).unwrap();
         });
         (std::fs::read(png).unwrap(), std::fs::read(exr).unwrap())
     });
@@ -54,7 +55,7 @@ fn the_exr_file_holds_the_film() {
     let picture = compare(&glass(&[0.02]), &quick());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tiles.exr");
-    picture.save_exr(&path).unwrap();
+    picture.save(&path).unwrap();
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let layer = image.from_file(&path).unwrap().layer_data;
     let film = picture.film();
@@ -85,13 +86,13 @@ fn the_png_file_holds_the_picture() {
     let picture = compare(&glass(&[0.02]), &quick());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tiles.png");
-    picture.save_png(&path).unwrap();
+    picture.save(&path).unwrap();
     let decoded = image::open(&path).unwrap().into_rgb8();
     assert_eq!(decoded.as_raw(), picture.picture().rgb());
     assert_eq!(picture.picture().width(), picture.film().width());
     assert_eq!(picture.picture().height(), picture.film().height());
     let nowhere = folder.path().join("missing").join("tiles.png");
-    assert!(picture.save_png(&nowhere).unwrap_err().to_string().contains("tiles.png"));
+    assert!(picture.save(&nowhere).unwrap_err().to_string().contains("tiles.png"));
 }
 
 #[test]
@@ -104,8 +105,8 @@ fn the_pattern_fades_as_roughness_grows() {
     let begins = |&x: &usize| sampled(film, x, top) && !sampled(film, x - 1, top);
     let starts: Vec<usize> = (left_edge..film.width()).filter(begins).collect();
     assert_eq!(starts.len(), 3);
-    // Along the bars, a third of the way down the panel.
-    let left: Vec<f64> = starts.iter().map(|&x| contrast(film, x + 14..x + 50, top + 27)).collect();
+    // Along the bars, two fifths of the way down the panel.
+    let left: Vec<f64> = starts.iter().map(|&x| contrast(film, x + 14..x + 50, top + 28)).collect();
     assert!(left[0] > 1.2 * left[1] && left[1] > 2.0 * left[2], "{left:?}");
 }
 
@@ -132,6 +133,25 @@ fn tiles_wrap_into_rows_and_progress_reaches_one() {
     assert_eq!(rows(&wrapped), 2 * rows(&single));
     let samples = |p: &TilesPicture| p.film().pixels().iter().filter(|p| p.samples > 0).count();
     assert_eq!(samples(&wrapped), 3 * samples(&single));
+}
+
+/// Every backdrop lights the mirror of a polished tile in part, and the exposure shows it.
+#[test]
+fn every_pattern_is_seen_in_the_mirror() {
+    let polished = Beckmann { alpha: 0.001, n: 1.5 };
+    let mut pictures = Vec::new();
+    for (name, backdrop) in Backdrop::NAMES {
+        let options = TilesOptions { backdrop, panel_width: 96, samples_per_pixel: 8, ..quick() };
+        let picture = render_tiles(&[tile(&polished)], &options, &|_| {}).unwrap();
+        let radiances: Vec<f64> =
+            picture.film().pixels().iter().filter(|p| p.samples > 0).map(|p| f64::from(p.radiance[1])).collect();
+        let shown = radiances.iter().filter(|&&r| r * picture.exposure() > 0.5).count() as f64 / radiances.len() as f64;
+        assert!((0.004..0.6).contains(&shown), "{name}: {shown}");
+        let dark = radiances.iter().filter(|&&r| r * picture.exposure() < 0.1).count() as f64 / radiances.len() as f64;
+        assert!(dark > 0.2, "{name}: {dark}");
+        pictures.push(picture.picture().clone());
+    }
+    assert!((1..4).all(|k| pictures[k] != pictures[0]));
 }
 
 /// All tiles share one exposure, chosen for the most reflecting: glass beside a mirror is dark.

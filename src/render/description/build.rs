@@ -43,7 +43,7 @@ impl Picturing {
             seed: self.seed.unwrap_or(default.seed),
             max_reflections: self.depth.map_or(default.max_reflections, |d| d - 1),
             estimator: self.estimator.unwrap_or(default.estimator),
-            ..default
+            error: self.error,
         }
     }
 }
