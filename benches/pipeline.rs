@@ -7,7 +7,6 @@ use asperity::facets::{HeightField, SlopeStatistics};
 use asperity::heightmap::{Edges, HeightMap, level, synth};
 use asperity::math::direction;
 use asperity::math::random::{CounterRng, LANES};
-use asperity::meter::{self, Geometry, gloss};
 use asperity::optics::Material;
 use asperity::render::{Tile, TilesOptions, render_tiles};
 use asperity::sample::TableBrdf;
@@ -112,25 +111,11 @@ fn scattering(c: &mut Criterion) {
     g.finish();
 }
 
-fn glossmeter(c: &mut Criterion) {
-    let brdf = table();
-    let mut g = group(c, "7 gloss of a table, per angle", 3);
-    g.bench_function("20, 60, 85 deg, default error", |b| {
-        let options = meter::Options::default();
-        b.iter(|| Geometry::standard_three().map(|geometry| gloss(&brdf, &geometry, &options)));
-    });
-    g.bench_function("20, 60, 85 deg, quick look", |b| {
-        let options = meter::Options::quick();
-        b.iter(|| Geometry::standard_three().map(|geometry| gloss(&brdf, &geometry, &options)));
-    });
-    g.finish();
-}
-
 fn rendering(c: &mut Criterion) {
     let brdf = table();
     let options = TilesOptions { panel_width: 64, samples_per_pixel: 16, ..TilesOptions::default() };
     let (width, height) = (64, 67);
-    let mut g = group(c, "8 rendering, per path", width * height * 16);
+    let mut g = group(c, "6 rendering, per path", width * height * 16);
     g.bench_function("one tile with a table", |b| {
         b.iter(|| {
             let tile = Tile { caption: vec!["bench".into()], brdf: &brdf };
@@ -145,7 +130,6 @@ fn all(c: &mut Criterion) {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first use of the pool");
     slopes(c);
     scattering(c);
-    glossmeter(c);
     rendering(c);
 }
 

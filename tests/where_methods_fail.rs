@@ -84,7 +84,7 @@ fn wide_detectors_say_what_the_peak_loses() {
         ..Options::default()
     };
     let peak = |partition: Partition| {
-        let counting = Counting { partition, footprint: None, averaged: true };
+        let counting = Counting { partition, averaged: true };
         let counts = count(&surface, &options, &counting, &mut Run::Whole, &|_| ()).unwrap();
         let d = &counts.directions[0];
         let highest = (0..counts.detectors.len()).map(|k| d.f_r(k).value).fold(0.0, f64::max);
@@ -208,7 +208,7 @@ fn a_dome_is_never_hit_twice() {
                 rays: 50_000,
                 ..Options::default()
             };
-            let counting = Counting { partition: Partition::Klems, footprint: None, averaged: false };
+            let counting = Counting { partition: Partition::Klems, averaged: false };
             let counts = count(&surface, &options, &counting, &mut Run::Whole, &|_| ()).unwrap();
             let tally = &counts.directions[0].tally;
             assert_eq!((tally.multiple, tally.shadowed), (0.0, 0.0), "{method:?} {theta_i}");

@@ -70,7 +70,7 @@ fn climb(family: &Family, method: &Method, plan: &Plan, seconds: f64) -> Vec<Run
         if let Some(last) = rungs.last() {
             // Growth goes on as it was; nothing is known after the first.
             let before = rungs.iter().rev().nth(1);
-            let growth = before.map_or(3.0, |b| (last.seconds[1] / b.seconds[1].max(1e-9)).clamp(1.5, 100.0));
+            let growth = before.map_or(3.0, |b| (last.seconds[1] / b.seconds[1].max(1e-9)).clamp(1.5, 12.0));
             let next = 1.2 * growth * last.seconds[1] * last.repeats as f64;
             if start.elapsed().as_secs_f64() + next > seconds {
                 break;

@@ -135,6 +135,7 @@ impl ScatterOptions {
             wave: Wave { wavelength: self.wavelength, band: self.band, source: self.source_cone.to_radians() },
             theta_i: self.theta_i.clone().unwrap_or(defaults.theta_i),
             phi_i: self.phi_i.clone().unwrap_or(defaults.phi_i),
+            footprint: None,
             tolerance: self.tolerance,
             rays: self.rays,
             bounces: self.bounces,

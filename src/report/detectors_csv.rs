@@ -3,7 +3,8 @@
 use crate::scatter::Counts;
 use std::fmt::Write;
 
-/// `f_r_per_sr` is the mean over the detector. Where `hits` is 0 the standard error is the 95 % bound of the rule of three.
+/// `f_r_per_sr` is the mean over the detector. Where `hits` is 0 the standard error is the 95 % bound of the rule of three, unless
+/// waves served, which have no hits.
 const HEADER: &str = "index,theta_min_deg,theta_max_deg,phi_min_deg,phi_max_deg,projected_solid_angle_sr,\
 energy_fraction,f_r_per_sr,standard_error,hits,theta_i_deg,phi_i_deg";
 
@@ -21,7 +22,8 @@ pub fn detectors_csv(counts: &Counts) -> String {
         let source = format!("{},{}", degrees(d.theta_i), degrees(d.phi_i));
         for (k, bounds) in boxes.iter().enumerate() {
             let f = d.f_r(k);
-            let (omega, share, hits) = (d.projected_solid_angle[k], d.share[k].value, d.tally.hits[k]);
+            let hits = d.tally.hits.get(k).unwrap_or(&0);
+            let (omega, share) = (d.projected_solid_angle[k], d.share[k].value);
             let _ = writeln!(text, "{k},{bounds},{omega},{share},{},{},{hits},{source}", f.value, f.standard_error);
         }
     }

@@ -95,15 +95,17 @@ pub fn predict_run(
     run: &mut Run,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Prediction> {
-    let sq = parameters::sq(map);
+    let part = settings.scatter.footprint.map(|footprint| footprint.cut(map));
+    let lit = part.as_ref().unwrap_or(map);
+    let sq = parameters::sq(lit);
     // The ISO number of `inspect`, over edges; the cells follow the mean over facets, which a gap weighs differently.
-    let sdq = parameters::Gradient::measure(map).sdq;
+    let sdq = parameters::Gradient::measure(lit).sdq;
     let scattered = scatter::scatter_run(map, &settings.scatter, run, &|done| progress(0.8 * done))?;
     let provenance = Provenance {
         source: name.to_owned(),
         sq,
         sdq,
-        missing_fraction: map.missing_fraction(),
+        missing_fraction: lit.missing_fraction(),
         wavelength: settings.wavelength,
         method: settings.scatter.method,
         seed: settings.scatter.seed,
@@ -127,7 +129,7 @@ pub fn predict_run(
         name: name.to_owned(),
         sq,
         sdq,
-        missing_fraction: map.missing_fraction(),
+        missing_fraction: lit.missing_fraction(),
         isotropic: scattered.isotropic,
         decisions,
         facets: scattered.statistics.facets,
@@ -140,7 +142,7 @@ pub fn predict_run(
         brdf,
     };
     let azimuths = if prediction.isotropic { Azimuths::All } else { Azimuths::At(GLOSS_AZIMUTHS.to_vec()) };
-    let by_facets = facet_gloss(map, &settings.scatter.material, &settings.glossmeter, &azimuths)?.gloss;
+    let by_facets = facet_gloss(lit, &settings.scatter.material, &settings.glossmeter, &azimuths)?.gloss;
     prediction.ray_gloss = Some([by_facets[0], by_facets[1], by_facets[2]]);
     measure_gloss(&mut prediction, settings)?;
     progress(1.0);

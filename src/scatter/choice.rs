@@ -2,17 +2,17 @@
 
 use super::bounce::Walk;
 use super::cells::{HalfVectorCells, TOLERANCE};
-use super::decision::{Decision, Judge};
+use super::decision::{Decision, Judge, wave_cosines};
 use super::facet_sum::{Azimuth, facet_sum};
-use super::kirchhoff::{TangentPlane, Wave, WaveDensity, WaveField};
+use super::kirchhoff::{Wave, WaveDensity, WaveField};
 use super::rays::trace_rays;
 use super::run::{Run, fingerprint};
-use super::selection::Selection;
+use super::selection::{Footprint, Selection};
 use super::slope_histogram::SlopeDensity;
 use super::tally::Tally;
 use crate::error::{Error, Result};
 use crate::facets::{HeightField, SlopeStatistics};
-use crate::heightmap::{HeightMap, parameters};
+use crate::heightmap::HeightMap;
 use crate::math::direction;
 use crate::optics::Material;
 use serde::{Deserialize, Serialize};
@@ -64,6 +64,8 @@ pub struct Options {
     pub theta_i: Vec<f64>,
     /// Source azimuths \[rad\] of an anisotropic table; one node serves while nothing is hidden.
     pub phi_i: Vec<f64>,
+    /// Cells that are lit; the rest of the map shadows and reflects. `None` lights all.
+    pub footprint: Option<Footprint>,
     /// Share of the energy that may go unaccounted for.
     pub tolerance: f64,
     pub rays: u64,
@@ -81,6 +83,7 @@ impl Default for Options {
             wave: Wave::default(),
             theta_i: degrees.map(f64::to_radians).to_vec(),
             phi_i: (0..12).map(|k| (30.0 * f64::from(k)).to_radians()).collect(),
+            footprint: None,
             tolerance: TOLERANCE,
             rays: 1_000_000,
             bounces: 8,
@@ -166,34 +169,20 @@ pub fn scatter_run(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Scatter> {
     options.check()?;
-    let statistics = SlopeStatistics::measure(map)?;
+    let part = options.footprint.map(|footprint| footprint.cut(map));
+    let lit = part.as_ref().unwrap_or(map);
+    let statistics = SlopeStatistics::measure(lit)?;
     let isotropic = match options.symmetry {
         Symmetry::Auto => statistics.looks_isotropic(),
         Symmetry::Isotropic => true,
         Symmetry::Anisotropic => false,
     };
-    let judge = Judge {
-        sq: parameters::sq(map),
-        options,
-        statistics: &statistics,
-        plane: TangentPlane::measure(map),
-        isotropic,
-    };
-    let mut decisions: Vec<Decision> = options.theta_i.iter().map(|&theta_i| judge.decide(theta_i)).collect();
-    let served = |wave: bool| decisions.iter().any(|d| d.wave == wave);
-    let field = served(true).then(|| WaveField::new(map, &statistics, options.wave));
-    let cells = match &field {
-        Some(field) => {
-            let cosines = decisions.iter().filter(|d| d.wave).map(|d| d.theta_i.cos());
-            let steepest = cosines.fold(0.0, f64::max);
-            // The lobe of a wave is narrowest, in slope, where v_z is largest.
-            let wave = field.lobe_core(field.v_z(steepest, steepest), &statistics, isotropic);
-            let core = if served(false) { wave.min(statistics.core) } else { wave };
-            HalfVectorCells::for_core(&statistics, core, isotropic, options.tolerance)
-        }
-        None => HalfVectorCells::for_lobe(&statistics, isotropic, options.tolerance),
-    };
-    let density = SlopeDensity::measure(map, &cells, isotropic);
+    let judge = Judge::new(lit, &statistics, options, isotropic);
+    let mut decisions = judge.decide_all();
+    let waves = wave_cosines(&decisions);
+    let field = waves.map(|_| WaveField::new(lit, &statistics, options.wave));
+    let cells = judge.cells(&decisions, field.as_ref());
+    let density = SlopeDensity::measure(lit, &cells, isotropic);
     let hiding = statistics.hiding();
     for decision in &mut decisions {
         judge.ask_visibility(decision, &density, &cells, &hiding);
@@ -205,7 +194,7 @@ pub fn scatter_run(
         field: &heights,
         material: options.material,
         max_bounces: options.bounces,
-        steepest: statistics.steepest,
+        steepest: if part.is_some() { SlopeStatistics::measure(map)?.steepest } else { statistics.steepest },
     };
     let share = match options.method {
         // Every azimuth of an anisotropic table asks its own facets, so fewer per azimuth do.
@@ -219,11 +208,10 @@ pub fn scatter_run(
     run.check(&fingerprint(map, options, "table"), phi_i.len() * decisions.iter().filter(|d| d.visibility).count())?;
     // The slices of the wave take longer than all that is made of them.
     let wave_part = if field.is_some() { 0.8 } else { 0.0 };
-    let wave = field.as_ref().map(|field| {
-        let cosines = || decisions.iter().filter(|d| d.wave).map(|d| d.theta_i.cos());
-        let range = [cosines().fold(1.0, f64::min), cosines().fold(0.0, f64::max)];
-        field.density(&cells, isotropic, range, &|share| progress(wave_part * share))
-    });
+    let wave = field
+        .as_ref()
+        .zip(waves)
+        .map(|(field, range)| field.density(&cells, isotropic, range, &|share| progress(wave_part * share)));
     let mut core_error = Vec::with_capacity(decisions.len());
     let mut done = 0.0;
     let mut tallies = Vec::with_capacity(decisions.len());
@@ -242,7 +230,7 @@ pub fn scatter_run(
                 wave.tally(&cells, direction(theta_i, phi), mirror, &options.material, &hiding)
             } else if decision.visibility {
                 let sum = run.sum(|part| {
-                    let selection = Selection { share, part, footprint: None };
+                    let selection = Selection { share, part, footprint: options.footprint };
                     if options.method == Method::Rays {
                         trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed, &selection)
                     } else {

@@ -3,12 +3,16 @@
 use super::accumulator::Accumulator;
 use super::bounce::Walk;
 use super::choice::{Method, Options};
+use super::count_wave::WaveCount;
+use super::decision::{Decision, Judge, wave_cosines};
 use super::detectors::{Detectors, Partition};
 use super::facet_sum::{Azimuth, facet_sum};
+use super::kirchhoff::WaveField;
+use super::ratio::Ratio;
 use super::rays::trace_rays;
 use super::run::{Run, fingerprint};
 use super::selection::{Footprint, Selection};
-use super::slope_histogram::SUBAREAS_PER_AXIS;
+use super::slope_histogram::{SUBAREAS_PER_AXIS, SlopeDensity};
 use super::tally::Tally;
 use super::warning::{self, Warning};
 use crate::error::{Error, Result};
@@ -21,8 +25,6 @@ use glam::DVec3;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counting {
     pub partition: Partition,
-    /// Cells that are lit; the rest of the map shadows and reflects.
-    pub footprint: Option<Footprint>,
     /// Average over the azimuth of the source; detectors then lie in its frame.
     pub averaged: bool,
 }
@@ -32,6 +34,8 @@ pub struct Counts {
     pub detectors: Box<dyn Detectors>,
     /// `theta_i` outside, `phi_i` inside.
     pub directions: Vec<Direction>,
+    /// What served each `theta_i`, and why.
+    pub decisions: Vec<Decision>,
     pub statistics: SlopeStatistics,
     pub warnings: Vec<Warning>,
 }
@@ -62,7 +66,8 @@ impl Direction {
             return Estimate::exact(0.0);
         }
         let share = self.share[detector];
-        let standard_error = if self.tally.hits[detector] == 0 && share.value == 0.0 {
+        // Waves have no beams.
+        let standard_error = if self.tally.hits.get(detector) == Some(&0) && share.value == 0.0 {
             3.0 / (self.tally.beams.max(1) as f64 * omega)
         } else {
             share.standard_error / omega
@@ -71,11 +76,11 @@ impl Direction {
     }
 }
 
-/// Counts the light of every `options.theta_i` and `options.phi_i` by [`Method::Rays`] if that is asked for, by the facet
-/// sum otherwise.
+/// Counts the light of every `options.theta_i` and `options.phi_i`: by waves where [`Method::Auto`] finds them to be needed, or
+/// [`Method::Kirchhoff`] asks for them, by naive rays for [`Method::Rays`], else by the facet sum with visibility.
 ///
 /// Every sub-area of the lit cells is counted on its own; their scatter is the standard error, which so holds both the
-/// noise of rays and the scatter of the surface from place to place.
+/// noise of rays, or the speckle of waves, and the scatter of the surface from place to place.
 ///
 /// # Errors
 /// `Error::Parameter` for a map without facets, options out of range, or sums in `run` that are not of this map.
@@ -87,52 +92,67 @@ pub fn count(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Counts> {
     options.check()?;
-    if options.method == Method::Kirchhoff {
-        return Err(Error::parameter(
-            "waves are not counted into these detectors",
-            "make a table (-o T.npz) and read it with `asperity eval`, or count with --method facets or rays",
-        ));
+    let cut = options.footprint.map(|footprint| footprint.cut(map));
+    let lit_map = cut.as_ref().unwrap_or(map);
+    let statistics = SlopeStatistics::measure(lit_map)?;
+    let judge = Judge::new(lit_map, &statistics, options, counting.averaged);
+    let mut decisions = judge.decide_all();
+    let waves = wave_cosines(&decisions);
+    let wave_field = waves.map(|_| WaveField::new(lit_map, &statistics, options.wave));
+    let cells = judge.cells(&decisions, wave_field.as_ref());
+    let hiding = statistics.hiding();
+    let density = SlopeDensity::measure(lit_map, &cells, counting.averaged);
+    for decision in &mut decisions {
+        judge.ask_visibility(decision, &density, &cells, &hiding);
+        decision.visibility = !decision.wave;
     }
-    let statistics = SlopeStatistics::measure(map)?;
-    let detectors = counting.partition.detectors(&statistics, counting.averaged)?;
+    let detectors: Box<dyn Detectors> = match counting.partition {
+        Partition::HalfVector => Box::new(cells),
+        other => other.detectors(&statistics, counting.averaged)?,
+    };
     let field = HeightField::new(map);
     let whole = Footprint::whole(field.cells());
-    let lit = counting.footprint.unwrap_or(whole);
+    let lit = options.footprint.unwrap_or(whole);
     let subareas = subareas(lit);
     let phis = if counting.averaged { &[0.0][..] } else { &options.phi_i };
-    let items = options.theta_i.len() * phis.len() * subareas.len();
+    let of = |wave: bool| -> Vec<(f64, f64)> {
+        let served = decisions.iter().filter(|d| d.wave == wave);
+        served.flat_map(|d| phis.iter().map(|&phi_i| (d.theta_i, phi_i))).collect()
+    };
+    let (traced, waved) = (of(false), of(true));
+    let items = traced.len() * subareas.len();
     run.check(&fingerprint(map, options, &format!("{counting:?}")), items)?;
-    let walk =
-        Walk { field: &field, material: options.material, max_bounces: options.bounces, steepest: statistics.steepest };
+    let steepest = if cut.is_some() { SlopeStatistics::measure(map)?.steepest } else { statistics.steepest };
+    let walk = Walk { field: &field, material: options.material, max_bounces: options.bounces, steepest };
+    let traced_part = traced.len() as f64 / (traced.len() + waved.len()) as f64;
     let mut done = 0.0;
     let mut directions = Vec::new();
-    for &theta_i in &options.theta_i {
-        for &phi_i in phis {
-            let azimuth = if counting.averaged { Azimuth::Averaged } else { Azimuth::Fixed(phi_i) };
-            let mut sum = Accumulator::new(detectors.len());
-            let mut scatter = Scatter::new(detectors.len());
-            for (k, &piece) in subareas.iter().enumerate() {
-                // One piece that is the whole map needs no test where a ray came from.
-                let footprint = (piece != whole).then_some(piece);
-                let part = run.sum(|part| {
-                    let selection = Selection { share: 1.0, part, footprint };
-                    match options.method {
-                        Method::Rays => {
-                            let n = subareas.len() as u64;
-                            let rays = options.rays / n + u64::from((k as u64) < options.rays % n);
-                            let seed = options.seed.wrapping_add(k as u64 * 0x9E37_79B9_7F4A_7C15);
-                            trace_rays(&walk, detectors.as_ref(), theta_i, azimuth, rays, seed, &selection)
-                        }
-                        _ => facet_sum(&walk, detectors.as_ref(), theta_i, azimuth, &selection),
+    for (theta_i, phi_i) in traced {
+        let azimuth = if counting.averaged { Azimuth::Averaged } else { Azimuth::Fixed(phi_i) };
+        let mut sum = Accumulator::new(detectors.len());
+        let mut ratio = Ratio::new(detectors.len());
+        for (k, &piece) in subareas.iter().enumerate() {
+            // One piece that is the whole map needs no test where a ray came from.
+            let footprint = (piece != whole).then_some(piece);
+            let part = run.sum(|part| {
+                let selection = Selection { share: 1.0, part, footprint };
+                match options.method {
+                    Method::Rays => {
+                        let n = subareas.len() as u64;
+                        let rays = options.rays / n + u64::from((k as u64) < options.rays % n);
+                        let seed = options.seed.wrapping_add(k as u64 * 0x9E37_79B9_7F4A_7C15);
+                        trace_rays(&walk, detectors.as_ref(), theta_i, azimuth, rays, seed, &selection)
                     }
-                });
-                scatter.add(&part.tally());
-                sum.merge(&part);
-                done += 1.0;
-                progress(done / items as f64);
-            }
-            directions.push(finish(theta_i, phi_i, detectors.as_ref(), sum.tally(), &scatter));
+                    _ => facet_sum(&walk, detectors.as_ref(), theta_i, azimuth, &selection),
+                }
+            });
+            let tally = part.tally();
+            ratio.add(&tally.energy, tally.book().escaped * tally.incident, tally.incident);
+            sum.merge(&part);
+            done += traced_part;
+            progress(done / items as f64);
         }
+        directions.push(finish(theta_i, phi_i, detectors.as_ref(), sum.tally(), &ratio));
     }
     if run.is_whole() && directions.iter().any(|d| d.tally.beams == 0) {
         return Err(Error::parameter(
@@ -149,7 +169,19 @@ pub fn count(
         warnings.extend(warning::of_walls(map, &statistics, lit));
         warnings.extend(warning::of_detectors(detectors.as_ref(), &statistics, &options.theta_i));
     }
-    Ok(Counts { detectors, directions, statistics, warnings })
+    // Parts share beams; a wave is whole or not at all.
+    if let (Some(field), Some(range), true) = (&wave_field, waves, run.is_whole()) {
+        let (detectors, material) = (detectors.as_ref(), options.material);
+        let count = WaveCount { field, detectors, material, hiding: &hiding, averaged: counting.averaged, range };
+        directions.extend(count.run(&waved, &|share| progress(traced_part + (1.0 - traced_part) * share)));
+        // In the order they were asked for.
+        directions.sort_by(|a, b| (a.theta_i, a.phi_i).partial_cmp(&(b.theta_i, b.phi_i)).expect("angles are numbers"));
+        for decision in decisions.iter_mut().filter(|d| d.wave) {
+            let there = directions.iter().filter(|d| d.theta_i == decision.theta_i);
+            decision.unfollowed = there.map(|d| d.tally.lost).fold(0.0, f64::max);
+        }
+    }
+    Ok(Counts { detectors, directions, decisions, statistics, warnings })
 }
 
 /// 4 x 4 pieces of the lit cells, fewer if there are few cells.
@@ -159,60 +191,19 @@ fn subareas(lit: Footprint) -> Vec<Footprint> {
     pieces.filter(|piece| !piece.is_empty()).collect()
 }
 
-/// Scatter over sub-areas: sums of `d_s^2`, `d_s I_s` and `I_s^2` with all `I_s` that came in and `d_s = E_s - first I_s`, the
-/// energy of a detector against its share in the first sub-area. The shift keeps the digits when all are alike.
-struct Scatter {
-    first: Vec<f64>,
-    squares: Vec<f64>,
-    cross: Vec<f64>,
-    incident2: f64,
-    places: f64,
-}
-
-impl Scatter {
-    /// The last place counts all that escaped.
-    fn new(detectors: usize) -> Self {
-        let zero = vec![0.0; detectors + 1];
-        Scatter { first: zero.clone(), squares: zero.clone(), cross: zero, incident2: 0.0, places: 0.0 }
-    }
-
-    fn add(&mut self, tally: &Tally) {
-        let incident = tally.incident;
-        if incident <= 0.0 {
-            return;
-        }
-        self.places += 1.0;
-        self.incident2 += incident * incident;
-        let all = tally.book().escaped * incident;
-        for (k, &e) in tally.energy.iter().chain([&all]).enumerate() {
-            if self.places == 1.0 {
-                self.first[k] = e / incident;
-            } else {
-                let d = e - self.first[k] * incident;
-                self.squares[k] += d * d;
-                self.cross[k] += d * incident;
-            }
-        }
-    }
-
-    /// Standard error of the ratio `R = sum E / sum I` of n sub-areas: `sqrt(n / (n - 1) sum (E_s - R I_s)^2) / sum I`
-    /// (Cochran, Sampling Techniques, 1977, eq. 6.9). One place alone falls back on its beams.
-    fn estimate(&self, tally: &Tally, k: usize, r: f64) -> Estimate {
-        if self.places < 2.0 {
-            return tally.hits.get(k).map_or(Estimate::exact(r), |_| tally.fraction(k));
-        }
-        let shift = r - self.first[k];
-        let squares = self.squares[k] - 2.0 * shift * self.cross[k] + shift * shift * self.incident2;
-        let standard_error = (self.places / (self.places - 1.0) * squares.max(0.0)).sqrt() / tally.incident;
-        Estimate { value: r, standard_error }
+/// A share with its standard error over sub-areas; one alone falls back on its beams.
+fn estimate(ratio: &Ratio, tally: &Tally, k: usize, value: f64) -> Estimate {
+    match ratio.standard_error(k, value) {
+        Some(standard_error) => Estimate { value, standard_error },
+        None => tally.hits.get(k).map_or(Estimate::exact(value), |_| tally.fraction(k)),
     }
 }
 
-fn finish(theta_i: f64, phi_i: f64, detectors: &dyn Detectors, mut tally: Tally, scatter: &Scatter) -> Direction {
+fn finish(theta_i: f64, phi_i: f64, detectors: &dyn Detectors, mut tally: Tally, ratio: &Ratio) -> Direction {
     let wi = direction(theta_i, phi_i);
     let mut share: Vec<Estimate> =
-        (0..detectors.len()).map(|k| scatter.estimate(&tally, k, tally.fraction(k).value)).collect();
-    let albedo = scatter.estimate(&tally, detectors.len(), tally.book().escaped);
+        (0..detectors.len()).map(|k| estimate(ratio, &tally, k, tally.fraction(k).value)).collect();
+    let albedo = estimate(ratio, &tally, detectors.len(), tally.book().escaped);
     if tally.core > 0.0 {
         let k = detectors.index(wi, reflect(wi, DVec3::Z));
         tally.energy[k] += tally.core;

@@ -2,10 +2,11 @@
 
 use super::cells::HalfVectorCells;
 use super::choice::{Method, Options};
-use super::kirchhoff::{SMALLEST_FOR_RAYS, TangentPlane, rayleigh_parameter};
+use super::kirchhoff::{SMALLEST_FOR_RAYS, TangentPlane, WaveField, rayleigh_parameter};
 use super::slope_histogram::SlopeDensity;
 use crate::facets::SlopeStatistics;
 use crate::facets::distribution::Hiding;
+use crate::heightmap::{HeightMap, parameters};
 use crate::math::direction;
 use crate::optics::Material;
 use serde::{Deserialize, Serialize};
@@ -51,8 +52,13 @@ impl std::fmt::Display for Decision {
                 100.0 * (-g).exp()
             );
         }
-        let against = if self.predicted_blocked > self.limit { "above" } else { "not above" };
-        let how = if self.visibility { "rays, visibility traced" } else { "rays, slope distribution" };
+        let needed = self.predicted_blocked > self.limit;
+        let against = if needed { "above" } else { "not above" };
+        let how = match (self.visibility, needed) {
+            (true, true) => "rays, visibility traced",
+            (true, false) => "rays, visibility traced without need",
+            (false, _) => "rays, slope distribution",
+        };
         write!(f, "{how}: {hidden}, {against} {:.3} %; g = {g:.3}", 100.0 * self.limit)
     }
 }
@@ -60,17 +66,39 @@ impl std::fmt::Display for Decision {
 /// What decisions are made from.
 pub(super) struct Judge<'a> {
     /// Root-mean-square height \[m\].
-    pub sq: f64,
-    pub options: &'a Options,
-    pub statistics: &'a SlopeStatistics,
-    pub plane: TangentPlane,
-    pub isotropic: bool,
+    sq: f64,
+    options: &'a Options,
+    statistics: &'a SlopeStatistics,
+    plane: TangentPlane,
+    isotropic: bool,
 }
 
-impl Judge<'_> {
+impl<'a> Judge<'a> {
+    /// Of the lit part of a map.
+    pub fn new(map: &HeightMap, statistics: &'a SlopeStatistics, options: &'a Options, isotropic: bool) -> Self {
+        Judge { sq: parameters::sq(map), options, statistics, plane: TangentPlane::measure(map), isotropic }
+    }
+
+    /// Rays or wave, for every incident angle.
+    pub fn decide_all(&self) -> Vec<Decision> {
+        self.options.theta_i.iter().map(|&theta_i| self.decide(theta_i)).collect()
+    }
+
+    /// Cells in the plane of the half vector that follow the lobes, that of a wave too where one serves.
+    pub fn cells(&self, decisions: &[Decision], field: Option<&WaveField>) -> HalfVectorCells {
+        let (statistics, isotropic, tolerance) = (self.statistics, self.isotropic, self.options.tolerance);
+        let Some(field) = field else { return HalfVectorCells::for_lobe(statistics, isotropic, tolerance) };
+        let cosines = decisions.iter().filter(|d| d.wave).map(|d| d.theta_i.cos());
+        let steepest = cosines.fold(0.0, f64::max);
+        // The lobe of a wave is narrowest, in slope, where v_z is largest.
+        let wave = field.lobe_core(field.v_z(steepest, steepest), statistics, isotropic);
+        let core = if decisions.iter().all(|d| d.wave) { wave } else { wave.min(statistics.core) };
+        HalfVectorCells::for_core(statistics, core, isotropic, tolerance)
+    }
+
     /// Rays or wave: decided by the Rayleigh parameter alone, since below 9 no ray method holds. An exactly flat map is a mirror
     /// to both.
-    pub fn decide(&self, theta_i: f64) -> Decision {
+    fn decide(&self, theta_i: f64) -> Decision {
         let wavelength = self.options.wave.wavelength;
         let rayleigh = rayleigh_parameter(self.sq, theta_i, wavelength);
         Decision {
@@ -114,4 +142,11 @@ impl Judge<'_> {
             Method::Kirchhoff => false,
         };
     }
+}
+
+/// Cosines of the smallest and largest angle that a wave serves; `None` if none is.
+pub(super) fn wave_cosines(decisions: &[Decision]) -> Option<[f64; 2]> {
+    let cosines = || decisions.iter().filter(|d| d.wave).map(|d| d.theta_i.cos());
+    cosines().next()?;
+    Some([cosines().fold(1.0, f64::min), cosines().fold(0.0, f64::max)])
 }

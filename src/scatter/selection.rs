@@ -1,8 +1,9 @@
 //! Which facets a run lights.
 
 use crate::error::{Error, Result};
-use crate::heightmap::HeightMap;
 use crate::heightmap::crop::Region;
+use crate::heightmap::{Edges, HeightMap};
+use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 /// The part of the facets, or of the rays, that one run takes. By default all.
@@ -76,6 +77,17 @@ impl Footprint {
         let cut =
             |[from, to]: [usize; 2], k: usize| [from + k * (to - from) / across, from + (k + 1) * (to - from) / across];
         Footprint { columns: cut(self.columns, i), rows: cut(self.rows, j) }
+    }
+
+    /// The cells as a map of their own, without their surroundings.
+    pub fn cut(self, map: &HeightMap) -> HeightMap {
+        let (rows, columns) = map.heights.dim();
+        let [height, width] = [self.rows, self.columns].map(|[from, to]| to - from + 1);
+        let heights = Array2::from_shape_fn((height, width), |(r, c)| {
+            // The last vertices of a periodic map are its first.
+            map.heights[[(self.rows[0] + r) % rows, (self.columns[0] + c) % columns]]
+        });
+        HeightMap { heights, edges: Edges::Open, ..*map }
     }
 
     /// Whether it holds the cell `[column, row]`.

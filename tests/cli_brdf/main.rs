@@ -89,13 +89,39 @@ fn every_partition_writes_its_rows() {
         [("theta-phi:10,30", 1 + 9 * 12), ("equal-area:100", 100), ("shirley-chiu:3", 64), ("half-vector", 0)]
     {
         let out = dir.path().join("d.csv");
-        for more in ["", "--symmetry isotropic", "--method rays --rays 5000", "--footprint 0.2,0.2,0.8,0.8"] {
+        for more in [
+            "",
+            "--symmetry isotropic",
+            "--method rays --rays 5000",
+            "--footprint 0.2,0.2,0.8,0.8",
+            "--method kirchhoff --symmetry isotropic",
+            "--wavelength 40um",
+        ] {
             let line = format!("brdf MAP -o OUT --detectors {partition} --theta-i 45 --phi-i 30 {more}");
             run(&line, &map, &out);
             let (_, found) = table(&out);
             assert!(found.len() == rows || rows == 0 && found.len() > 100, "{line}: {}", found.len());
             assert!(found.iter().flatten().all(|x| x.is_finite()), "{line}");
         }
+    }
+}
+
+/// By default waves serve where the surface is too smooth for rays; it is said of every angle, in rows and tables alike.
+#[test]
+fn every_angle_has_its_reason() {
+    let dir = tempfile::tempdir().unwrap();
+    let map = synth(dir.path());
+    for (file, more) in [("d.csv", "--detectors klems"), ("t.npz", ""), ("f.npz", "--footprint 0.2,0.2,0.8,0.8")] {
+        let out = dir.path().join(file);
+        let line = format!("brdf MAP -o OUT --theta-i 20,60 --wavelength 4um --json {more}");
+        let json: serde_json::Value = serde_json::from_slice(&run(&line, &map, &out).stdout).unwrap();
+        assert_eq!(json["waves"], serde_json::json!([false, true]), "{line}: {json}");
+        assert!(json["reasons"][1].as_str().unwrap().contains("is below 9"), "{line}: {json}");
+        assert!(json["method"].as_str().unwrap().contains("waves from 60 deg"), "{line}: {json}");
+        let facets = json["facets"].as_u64().unwrap();
+        assert_eq!(facets, if more.contains("footprint") { 2 * 57 * 38 } else { 2 * 95 * 63 });
+        let text = run(&line.replace("--json", ""), &map, &out).stdout;
+        assert!(String::from_utf8_lossy(&text).contains("wave (Kirchhoff): g = "));
     }
 }
 
@@ -108,6 +134,8 @@ fn threads_and_parts_give_the_same_bytes() {
         ("k.csv", "--detectors klems --theta-i 0,75 --method facets"),
         ("r.csv", "--detectors equal-area:50 --theta-i 70 --method rays --rays 100000 --footprint 0.1,0.1,0.9,0.9"),
         ("t.npz", "--theta-i 0,45,80 --phi-i 0,90 --symmetry anisotropic"),
+        ("w.csv", "--detectors klems --theta-i 0,75 --wavelength 8um"),
+        ("f.npz", "--theta-i 0,60 --footprint 0.1,0.1,0.9,0.9 --method facets"),
         ("u.npz", "--theta-i 0,45,80 --method rays --rays 100000 --symmetry isotropic --edges mirrored"),
     ] {
         let file = |folder: &str| {

@@ -1,5 +1,7 @@
-//! Gaussian surfaces against `F D G / (4 cos cos)` with Smith's height-correlated masking and shadowing (Heitz 2014).
+//! Gaussian surfaces against `F D G / (4 cos cos)`: with Smith's height-correlated masking and shadowing (Heitz 2014), and in
+//! the plane of incidence with the visibility of the profile itself ([`super::profile`]).
 
+use super::profile::Profile;
 use super::{gaussian, rescale, with_walk};
 use asperity::heightmap::HeightMap;
 use asperity::math::{Estimate, direction, half_vector};
@@ -26,28 +28,61 @@ fn formula(wi: DVec3, wo: DVec3, alpha: f64) -> f64 {
     fresnel::dielectric(wh.dot(wi), N) * d * g / (4.0 * wi.z * wo.z)
 }
 
-/// The formula's mean over a detector, weighted by the cosine as the detector weighs it.
-fn over_detector(b: Bounds, wi: DVec3, alpha: f64) -> f64 {
+/// Factor that turns Smith's visibility into that of the profile, at exit angles in the plane of incidence.
+struct Exact {
+    factors: Vec<f64>,
+}
+
+impl Exact {
+    /// Exit angles, from which factors are joined by straight lines.
+    const FIRST: f64 = 40.0;
+    const STEP: f64 = 3.5;
+    const COUNT: usize = 15;
+
+    fn new(profile: &Profile, alpha: f64, theta_i: f64) -> Self {
+        let factor = |k: usize| {
+            let theta_r = (Self::FIRST + Self::STEP * k as f64).to_radians();
+            let smith = 1.0 / (1.0 + lambda(theta_i.cos(), alpha) + lambda(theta_r.cos(), alpha));
+            // Where Smith hides nothing neither does the profile.
+            if smith > 0.9999 { 1.0 } else { profile.visible(alpha, theta_i, theta_r) / smith }
+        };
+        Exact { factors: (0..Self::COUNT).map(factor).collect() }
+    }
+
+    fn at(&self, theta_r: f64) -> f64 {
+        let x = ((theta_r.to_degrees() - Self::FIRST) / Self::STEP).clamp(0.0, Self::COUNT as f64 - 1.001);
+        let (k, t) = (x as usize, x.fract());
+        self.factors[k] * (1.0 - t) + self.factors[k + 1] * t
+    }
+}
+
+/// The formula's mean over a detector, weighted by the cosine as the detector weighs it: with Smith's visibility and with
+/// that of the profile.
+fn over_detector(b: Bounds, wi: DVec3, alpha: f64, exact: &Exact) -> [f64; 2] {
     const N: usize = 12;
-    let (mut energy, mut omega) = (0.0, 0.0);
+    let mut sums = [0.0; 2];
     for i in 0..N {
         // Midpoints of equal projected solid angle.
         let sine2 = b.theta.map(|t| t.sin().powi(2));
         let theta_r = (sine2[0] + (i as f64 + 0.5) / N as f64 * (sine2[1] - sine2[0])).sqrt().asin();
         for j in 0..N {
             let phi_r = b.phi[0] + (j as f64 + 0.5) / N as f64 * (b.phi[1] - b.phi[0]);
-            energy += formula(wi, direction(theta_r, phi_r), alpha);
-            omega += 1.0;
+            let f = formula(wi, direction(theta_r, phi_r), alpha) / (N * N) as f64;
+            sums = [sums[0] + f, sums[1] + f * exact.at(theta_r)];
         }
     }
-    energy / omega
+    sums
 }
 
-/// Within 2 % of the lobe's peak. At alpha 0.3 Smith's formula itself is off where light leaves at 75 deg in the plane of
-/// incidence: 2.5 % at 45 deg and 2.7 % at 60 deg here, 2.2 +- 0.5 % and 1.9 +- 0.4 % on maps with three times finer pitch.
+/// Every detector within 2 % of the lobe's peak, in the plane of incidence beyond the error of Smith's formula itself.
+///
+/// Smith takes heights of neighbours for independent. At alpha 0.3 its error alone is 2.0 % of the peak where light from 45 deg
+/// leaves about 75 deg in the plane of incidence, and 1.2 % from 60 deg, as the profile shows without any map (Bourlier, Saillard and Berginc, IEEE Trans. Antennas
+/// Propag. 48, 437, 2000, on what the correlation of neighbours does to it).
 #[test]
 fn gaussian_surfaces_follow_the_microfacet_formula() {
     let mut maps: Vec<HeightMap> = (0..MAPS).map(|seed| gaussian(768, 8.0, 0.1, 60 + seed)).collect();
+    let profile = Profile::new(3);
     let mut deviations = Vec::new();
     // Detectors about half a lobe deviation wide: in direction cosines the lobe has twice the slope's.
     for (alpha, count) in [(0.05f64, 2500), (0.14, 400), (0.3, 150)] {
@@ -67,8 +102,11 @@ fn gaussian_surfaces_follow_the_microfacet_formula() {
                     })
                 })
                 .collect();
+            let exact = Exact::new(&profile, alpha, theta_i.to_radians());
             let (mut peak, mut noise) = (0.0f64, 0.0f64);
-            let mut worst = (0.0f64, 0.0, 0.0);
+            // From Smith beyond what is Smith's own error, and from Smith.
+            let mut worst = [(0.0f64, 0.0, 0.0); 2];
+            let mut from_profile = 0.0f64;
             for k in 0..count {
                 let b = detectors.bounds(k);
                 // Both sides of the plane of incidence are alike.
@@ -76,27 +114,36 @@ fn gaussian_surfaces_follow_the_microfacet_formula() {
                 let twin = detectors.index(wi, middle);
                 let omega = detectors.projected_solid_angle(k, wi);
                 let values: Vec<f64> = per_map.iter().map(|m| 0.5 * (m[k] + m[twin]) / omega).collect();
-                let (measured, expected) = (Estimate::from_repeats(&values), over_detector(b, wi, alpha));
-                peak = peak.max(expected);
+                let measured = Estimate::from_repeats(&values);
+                let [smith, profile] = over_detector(b, wi, alpha, &exact);
+                let in_plane = b.phi[0] < PI && PI < b.phi[1] && b.phi[1] - b.phi[0] < PI;
+                peak = peak.max(smith);
                 noise = noise.max(measured.standard_error);
-                let off = measured.value - expected;
-                if off.abs() > worst.0.abs() {
-                    worst = (off, middle.z.acos().to_degrees(), asperity::math::frame::phi(middle).to_degrees());
+                let at = (middle.z.acos().to_degrees(), asperity::math::frame::phi(middle).to_degrees());
+                let smiths_own = if in_plane { (profile - smith).abs() } else { 0.0 };
+                let off = measured.value - smith;
+                for (worst, off) in worst.iter_mut().zip([(off.abs() - smiths_own).max(0.0), off]) {
+                    if off.abs() > worst.0.abs() {
+                        *worst = (off, at.0, at.1);
+                    }
+                }
+                if in_plane {
+                    from_profile = from_profile.max((measured.value - profile).abs());
                 }
             }
+            let [here, smith] = worst.map(|(off, theta_r, phi_r)| {
+                format!("{:.2} % at theta_r {theta_r:.1}, phi_r {phi_r:.1} deg", 100.0 * off / peak)
+            });
             println!(
-                "alpha {alpha} at {theta_i} deg: peak {peak:.4} /sr, largest deviation {:.2} % of it at theta_r {:.1}, phi_r {:.1} \
-                 deg; map-to-map error up to {:.2} %",
-                100.0 * worst.0 / peak,
-                worst.1,
-                worst.2,
+                "alpha {alpha} at {theta_i} deg: peak {peak:.4} /sr, largest deviation {here} (from Smith {smith}; in the \
+                 plane from the profile {:.2} %); map-to-map error up to {:.2} %",
+                100.0 * from_profile / peak,
                 100.0 * noise / peak
             );
-            deviations.push((worst.0.abs() / peak, format!("alpha {alpha} at {theta_i} deg")));
+            deviations.push((worst[0].0.abs() / peak, format!("alpha {alpha} at {theta_i} deg")));
         }
     }
     for (share, what) in deviations {
-        let tolerance = if what.starts_with("alpha 0.3") { 0.03 } else { 0.02 };
-        assert!(share < tolerance, "{what}: {share} of the peak");
+        assert!(share < 0.02, "{what}: {share} of the peak");
     }
 }

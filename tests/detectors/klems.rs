@@ -68,9 +68,10 @@ fn check(file: &str, name: &str, theta_i: f64, largest_distance: f64) {
         material: Material::Mirror,
         theta_i: vec![theta_i],
         phi_i: vec![0.0],
+        footprint: Some(footprint),
         ..Options::default()
     };
-    let counting = Counting { partition: Partition::Klems, footprint: Some(footprint), averaged: false };
+    let counting = Counting { partition: Partition::Klems, averaged: false };
     let counts = count(&map, &options, &counting, &mut Run::Whole, &|_| ()).unwrap();
     let d = &counts.directions[0];
     let shares: Vec<f64> = d.share.iter().map(|e| e.value).collect();

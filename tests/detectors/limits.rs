@@ -19,12 +19,12 @@ fn gentle(size: usize, edges: Edges) -> HeightMap {
     map(unit.heights.mapv(|h| h * 1e-6), edges)
 }
 
-/// Counts by facets and by rays into two partitions and predicts table and gloss: all finite, all books closed. Returns every
+/// Counts by facets, by rays and by waves into two partitions and predicts table and gloss: all finite, all books closed. Returns every
 /// warning on the way.
 fn warnings(map: &HeightMap, theta_i: f64) -> Vec<String> {
     let mut said: Vec<String> = Sampling::examine(map).warnings.iter().map(ToString::to_string).collect();
     for material in [Material::Mirror, Material::Dielectric { n: 1.5 }] {
-        for method in [Method::Facets, Method::Rays] {
+        for method in [Method::Facets, Method::Rays, Method::Kirchhoff] {
             let options = Options {
                 method,
                 material,
@@ -35,7 +35,7 @@ fn warnings(map: &HeightMap, theta_i: f64) -> Vec<String> {
             };
             for partition in [Partition::Klems, Partition::HalfVector] {
                 for averaged in [false, true] {
-                    let counting = Counting { partition, footprint: None, averaged };
+                    let counting = Counting { partition, averaged };
                     let counts = count(map, &options, &counting, &mut Run::Whole, &|_| ()).unwrap();
                     let d = &counts.directions[0];
                     let what = format!("{method:?} {material} {partition:?} averaged {averaged}");

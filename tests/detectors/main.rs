@@ -7,8 +7,10 @@ mod klems;
 mod limits;
 mod partitions;
 mod parts;
+mod profile;
 #[path = "../reference/mod.rs"]
 mod reference;
+mod waves;
 
 use asperity::facets::{HeightField, SlopeStatistics};
 use asperity::heightmap::{Edges, HeightMap, level, synth};
@@ -31,8 +33,13 @@ fn shared(name: &str) -> Option<PathBuf> {
 
 /// A periodic Gaussian surface of unit pitch whose facets have the rms slope `slope` per axis.
 fn gaussian(size: usize, acl: f64, slope: f64, seed: u64) -> HeightMap {
+    surface(size, acl, slope, seed, true)
+}
+
+/// `exact`: the spectrum is the wanted one to the last wave, otherwise it scatters as that of any piece of a surface.
+fn surface(size: usize, acl: f64, slope: f64, seed: u64, exact: bool) -> HeightMap {
     let grid = synth::Grid { width: size, height: size, pitch: [1.0; 2] };
-    let raw = synth::gaussian(grid, synth::Gaussian { sq: slope * acl, acl, seed, exact: true }).unwrap();
+    let raw = synth::gaussian(grid, synth::Gaussian { sq: slope * acl, acl, seed, exact }).unwrap();
     let mut map = level::keep_tilt(&raw, Edges::Periodic);
     rescale(&mut map, slope);
     map
@@ -55,6 +62,6 @@ fn with_walk<T>(map: &HeightMap, material: Material, max_bounces: u32, look: imp
 /// Counts the whole map at one azimuth 0, or averaged.
 fn counted(map: &HeightMap, options: &Options, partition: Partition, averaged: bool) -> Counts {
     let options = Options { phi_i: vec![0.0], ..options.clone() };
-    let counting = Counting { partition, footprint: None, averaged };
+    let counting = Counting { partition, averaged };
     count(map, &options, &counting, &mut Run::Whole, &|_| ()).unwrap()
 }

@@ -4,7 +4,7 @@ use super::gaussian;
 use asperity::heightmap::{Edges, HeightMap};
 use asperity::report::detectors_csv;
 use asperity::scatter::run::{Run, Sums, fingerprint};
-use asperity::scatter::{Counting, Footprint, Method, Options, Part, Partition, count};
+use asperity::scatter::{Counting, Footprint, Method, Options, Part, Partition, Wave, count};
 
 fn map(edges: Edges) -> HeightMap {
     HeightMap { edges, pitch_y: 1.4, ..gaussian(120, 6.0, 0.35, 3) }
@@ -36,9 +36,12 @@ fn threads_and_parts_do_not_show() {
         (Edges::Periodic, Method::Facets, Partition::HalfVector, true, None),
         (Edges::Mirrored, Method::Rays, Partition::ShirleyChiu { k: 3 }, false, footprint),
         (Edges::Open, Method::Rays, Partition::HalfVector, true, None),
+        // At unit pitch waves of unit length: rays at 0 and 50 deg, waves at 80.
+        (Edges::Open, Method::Auto, Partition::EqualArea { count: 200 }, false, footprint),
     ] {
-        let (map, options) = (map(edges), options(method));
-        let counting = Counting { partition, footprint, averaged };
+        let (map, options) = (map(edges), Options { footprint, ..options(method) });
+        let options = Options { wave: Wave { wavelength: 5.0, ..Wave::default() }, ..options };
+        let counting = Counting { partition, averaged };
         let one = rows(&map, &options, &counting, &mut Run::Whole, 1);
         assert!(one.lines().count() > 100 && !one.contains("NaN") && !one.contains("inf"));
         for threads in [2, 3] {
@@ -68,11 +71,16 @@ fn the_rest_of_the_map_still_shadows() {
     for edges in [Edges::Open, Edges::Mirrored, Edges::Periodic] {
         let map = map(edges);
         let footprint = Footprint { columns: [50, 90], rows: [60, 100] };
-        let counting =
-            Counting { partition: Partition::EqualArea { count: 12 }, footprint: Some(footprint), averaged: false };
+        let counting = Counting { partition: Partition::EqualArea { count: 12 }, averaged: false };
+        let footprint = Some(footprint);
         let run = |method| {
-            let options =
-                Options { theta_i: vec![75f64.to_radians()], phi_i: vec![0.4], rays: 400_000, ..options(method) };
+            let options = Options {
+                theta_i: vec![75f64.to_radians()],
+                phi_i: vec![0.4],
+                rays: 400_000,
+                footprint,
+                ..options(method)
+            };
             count(&map, &options, &counting, &mut Run::Whole, &|_| ()).unwrap().directions.remove(0)
         };
         let (facets, rays) = (run(Method::Facets), run(Method::Rays));

@@ -55,7 +55,7 @@ pub fn family<'a>() -> Result<Family<'a>> {
         };
         meters().iter().map(one).collect::<Vec<_>>().into()
     };
-    let tolerances = [1.0, 0.3, 0.1, 0.03, 0.025, 0.01, 0.003];
+    let tolerances = [1.0, 0.3, 0.1, 0.05, 0.025, 0.01, 0.003];
     Ok(Family {
         id: "meter".into(),
         title: "Gloss at 20\u{b0}, 60\u{b0} and 85\u{b0}".into(),

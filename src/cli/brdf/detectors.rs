@@ -4,22 +4,21 @@ use super::super::progress::Bar;
 use super::super::source::file_name;
 use super::{Answer, Arguments, degrees};
 use crate::heightmap::{HeightMap, parameters};
-use crate::meter::validity::{self, rayleigh_parameter};
+use crate::meter::validity::{self, check_waves};
 use crate::output::write_bytes;
 use crate::report::{Settings, detectors_csv};
 use crate::scatter::count::Direction;
-use crate::scatter::{Counting, Counts, Footprint, Method, Options, Run, Symmetry, count};
+use crate::scatter::{Counting, Counts, Decision, Method, Run, Symmetry, count};
 use serde_json::json;
 use std::fmt::Write;
 
 pub(super) fn run(a: &Arguments, settings: &Settings, map: &HeightMap) -> anyhow::Result<Answer> {
-    let mut options: Options = settings.scatter.clone();
+    let mut options = settings.scatter.clone();
     if !a.scatter.names_azimuths() {
         options.phi_i = vec![0.0];
     }
     let counting = Counting {
         partition: a.counting.detectors.unwrap_or_default(),
-        footprint: a.counting.footprint.map(|region| Footprint::of(region, map)).transpose()?,
         averaged: options.symmetry == Symmetry::Isotropic,
     };
     let mut run = a.parts.run(map, &options, &format!("{counting:?}"))?;
@@ -32,31 +31,36 @@ pub(super) fn run(a: &Arguments, settings: &Settings, map: &HeightMap) -> anyhow
     }
     write_bytes(&a.output, detectors_csv(&counts).as_bytes())?;
     let mut warnings: Vec<String> = counts.warnings.iter().map(ToString::to_string).collect();
-    warnings.extend(too_smooth(map, &options, settings.wavelength).map(|w| w.to_string()));
+    warnings.extend(too_smooth(map, &counts.decisions, settings.wavelength).map(|w| w.to_string()));
+    warnings.extend(counts.decisions.iter().filter(|d| d.wave).flat_map(check_waves).map(|w| w.to_string()));
     for warning in &warnings {
         eprintln!("warning: {warning}");
     }
-    let method = if options.method == Method::Rays { "rays" } else { "facets" };
-    Ok(describe(&counts, &file_name(&a.map_file), method, &warnings))
+    let by_beams = if options.method == Method::Rays { "rays" } else { "facets" };
+    Ok(describe(&counts, &file_name(&a.map_file), by_beams, &warnings))
 }
 
-/// The Rayleigh parameter falls with the angle: the first angle that is too flat speaks for all beyond.
-fn too_smooth(map: &HeightMap, options: &Options, wavelength: f64) -> Option<validity::Warning> {
+/// The Rayleigh parameter falls with the angle: the first angle at which rays served a surface too smooth for them speaks for
+/// all beyond.
+fn too_smooth(map: &HeightMap, decisions: &[Decision], wavelength: f64) -> Option<validity::Warning> {
     let sq = parameters::sq(map);
-    options.theta_i.iter().find_map(|&theta_i| {
-        let g = rayleigh_parameter(sq, theta_i, wavelength);
-        (sq > 0.0 && g < validity::SMALLEST_FOR_RAYS).then_some(validity::Warning::TooSmoothForRays {
-            g,
-            theta_i,
-            sq,
-            wavelength,
-        })
-    })
+    let bad = decisions.iter().find(|d| !d.wave && sq > 0.0 && d.rayleigh < validity::SMALLEST_FOR_RAYS)?;
+    Some(validity::Warning::TooSmoothForRays { g: bad.rayleigh, theta_i: bad.theta_i, sq, wavelength })
 }
 
-fn describe(counts: &Counts, name: &str, method: &str, warnings: &[String]) -> Answer {
+/// What served, in a few words.
+fn method(decisions: &[Decision], by_beams: &str) -> String {
+    match decisions.iter().position(|d| d.wave) {
+        None => by_beams.to_owned(),
+        Some(0) => "waves".to_owned(),
+        Some(k) => format!("{by_beams}, waves from {:.0} deg", degrees(decisions[k].theta_i)),
+    }
+}
+
+fn describe(counts: &Counts, name: &str, by_beams: &str, warnings: &[String]) -> Answer {
+    let method = method(&counts.decisions, by_beams);
     let of = |value: &dyn Fn(&Direction) -> f64| counts.directions.iter().map(value).collect::<Vec<f64>>();
-    let empty = |d: &Direction| d.tally.hits.iter().filter(|h| **h == 0).count();
+    let empty = |d: &Direction| d.share.iter().filter(|e| e.value == 0.0).count();
     let mut text = format!(
         "{name}: {} facets, {} detectors, method {method}\n\
          theta_i  phi_i    beams      albedo            1 bounce  2         3 +       lost      shadowed  empty\n",
@@ -78,6 +82,9 @@ fn describe(counts: &Counts, name: &str, method: &str, warnings: &[String]) -> A
             empty(d),
         );
     }
+    for d in &counts.decisions {
+        let _ = writeln!(text, "{:>6.1}   {d}", degrees(d.theta_i));
+    }
     let json = json!({
         "method": method, "facets": counts.statistics.facets, "detectors": counts.detectors.len(),
         "theta_i_deg": of(&|d| degrees(d.theta_i)), "phi_i_deg": of(&|d| degrees(d.phi_i)),
@@ -89,6 +96,8 @@ fn describe(counts: &Counts, name: &str, method: &str, warnings: &[String]) -> A
         "shadowed_fraction": of(&|d| d.tally.shadowed),
         "beams": counts.directions.iter().map(|d| d.tally.beams).collect::<Vec<_>>(),
         "empty_detectors": counts.directions.iter().map(empty).collect::<Vec<_>>(),
+        "waves": counts.decisions.iter().map(|d| d.wave).collect::<Vec<_>>(),
+        "reasons": counts.decisions.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "warnings": warnings,
     });
     Answer { json, text }

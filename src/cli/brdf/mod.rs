@@ -11,7 +11,7 @@ use crate::heightmap::HeightMap;
 use crate::heightmap::crop::Region;
 use crate::heightmap::sampling::Sampling;
 use crate::scatter::run::{Run, Sums, fingerprint};
-use crate::scatter::{Options, Part, Partition};
+use crate::scatter::{Footprint, Options, Part, Partition};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -31,6 +31,8 @@ pub struct Arguments {
     #[command(flatten)]
     counting: CountingFlags,
     #[command(flatten)]
+    light: LightFlags,
+    #[command(flatten)]
     parts: Parts,
 }
 
@@ -43,6 +45,12 @@ struct CountingFlags {
     /// Rows of half-vector cells give the angles of the half vector [default: half-vector]
     #[arg(long, value_name = "PARTITION", value_parser = |text: &str| Partition::parse(text))]
     detectors: Option<Partition>,
+}
+
+/// Flags of both.
+#[derive(Args)]
+#[command(next_help_heading = "Light")]
+struct LightFlags {
     /// Light only this part of the map, X0,Y0,X1,Y1 from the top left as fractions or lengths; unlike with --region the rest
     /// still shadows and reflects
     #[arg(long, value_name = "REGION", value_parser = super::quantity::region)]
@@ -90,10 +98,11 @@ impl Answer {
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let start = Instant::now();
     let extension = a.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let to_detectors = extension == "csv" || a.counting.detectors.is_some() || a.counting.footprint.is_some();
+    let to_detectors = extension == "csv" || a.counting.detectors.is_some();
     check_output(a, &extension, to_detectors)?;
-    let settings = a.scatter.settings()?;
+    let mut settings = a.scatter.settings()?;
     let prepared = a.map.load(&a.map_file)?;
+    settings.scatter.footprint = a.light.footprint.map(|region| Footprint::of(region, &prepared.map)).transpose()?;
     print_report(&a.map_file, &prepared.report);
     for warning in Sampling::examine(&prepared.map).warnings {
         eprintln!("warning: {warning}");
@@ -129,7 +138,7 @@ fn check_output(a: &Arguments, extension: &str, to_detectors: bool) -> Result<()
             wrong("a part holds sums, neither table nor rows: name it .json, and merge all parts")
         }
         (true, ..) | (false, true, "csv") | (false, false, "npz") => Ok(()),
-        (false, true, _) => wrong("detectors go to a .csv file; leave out --detectors and --footprint for a table"),
+        (false, true, _) => wrong("detectors go to a .csv file; leave out --detectors for a table"),
         (false, false, _) => wrong("name it .npz for a table, .csv for detectors"),
     }
 }

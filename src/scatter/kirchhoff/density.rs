@@ -1,6 +1,7 @@
 //! The lobe of a wave over the half-vector cells, and what it sends where.
 
 use super::Wave;
+use super::slices::Slices;
 use crate::facets::distribution::Hiding;
 use crate::math::{half_vector, slope_of_half_vector};
 use crate::optics::Material;
@@ -15,8 +16,7 @@ use glam::DVec3;
 #[derive(Debug, Clone)]
 pub struct WaveDensity {
     wave: Wave,
-    first: f64,
-    step: f64,
+    slices: Slices,
     shapes: Vec<Vec<f64>>,
     /// `(1 - |m|^2) / v_z^2`: level for smooth surfaces, a power for rough ones.
     incoherent: Vec<f64>,
@@ -25,12 +25,12 @@ pub struct WaveDensity {
 }
 
 impl WaveDensity {
-    pub(super) fn new(wave: Wave, first: f64, step: f64) -> Self {
-        WaveDensity { wave, first, step, shapes: Vec::new(), incoherent: Vec::new(), replicates: Vec::new() }
+    pub(super) fn new(wave: Wave, slices: Slices) -> Self {
+        WaveDensity { wave, slices, shapes: Vec::new(), incoherent: Vec::new(), replicates: Vec::new() }
     }
 
     pub(super) fn push(&mut self, shape: Vec<f64>, incoherent: f64) {
-        let v_z = (self.first + self.shapes.len() as f64 * self.step).exp();
+        let v_z = self.slices.v_z(self.shapes.len());
         self.shapes.push(shape);
         self.incoherent.push(incoherent / (v_z * v_z));
     }
@@ -40,20 +40,6 @@ impl WaveDensity {
         self.shapes.len()
     }
 
-    /// First of four slices and their weights (cubic of Lagrange).
-    fn weights(&self, v_z: f64) -> (usize, [f64; 4]) {
-        let x = ((v_z.ln() - self.first) / self.step).clamp(0.0, (self.shapes.len() - 1) as f64);
-        let i = (x as usize).clamp(1, self.shapes.len() - 3);
-        let t = x - i as f64;
-        let w = [
-            -t * (t - 1.0) * (t - 2.0) / 6.0,
-            (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
-            -(t + 1.0) * t * (t - 2.0) / 2.0,
-            (t + 1.0) * t * (t - 1.0) / 6.0,
-        ];
-        (i - 1, w)
-    }
-
     /// `T` of a cell at `v_z` [1/m].
     pub fn at(&self, cell: usize, v_z: f64) -> f64 {
         self.joined(&[(cell, 1.0)], v_z)
@@ -61,7 +47,7 @@ impl WaveDensity {
 
     /// `T` joined over cells.
     fn joined(&self, cells: &[(usize, f64)], v_z: f64) -> f64 {
-        let (first, w) = self.weights(v_z);
+        let (first, w) = self.slices.weights(v_z);
         let shape: f64 = (0..4)
             .map(|k| w[k] * cells.iter().map(|&(cell, share)| share * self.shapes[first + k][cell]).sum::<f64>())
             .sum();
@@ -88,7 +74,7 @@ impl WaveDensity {
     ) -> Tally {
         let mut tally = Tally::new(cells.len());
         let k = self.wave.wave_number();
-        let source = self.source_points(wi);
+        let source = self.wave.source_points(wi);
         let mut escaping = 0.0;
         for cell in 0..cells.len() {
             if source.len() == 1 && self.shapes.iter().all(|s| s[cell] == 0.0) {
@@ -125,24 +111,5 @@ impl WaveDensity {
     fn seen_from(&self, cells: &HalfVectorCells, wi: DVec3, f: &Facing) -> f64 {
         let (p, q) = slope_of_half_vector(half_vector(wi, f.wo));
         self.joined(&cells.stencil(p, q), self.wave.wave_number() * (wi.z + f.wo.z))
-    }
-
-    /// Directions of the source and their weights: exact for cubics over the disc (Stroud 1971, S2 3-1 with centre).
-    fn source_points(&self, wi: DVec3) -> Vec<(DVec3, f64)> {
-        if self.wave.source <= 0.0 {
-            return vec![(wi, 1.0)];
-        }
-        let (a, b) = crate::math::frame::tangents(wi);
-        let radius = (0.5 * self.wave.source).tan() * (2.0f64 / 3.0).sqrt();
-        let mut points = vec![(wi, 0.25)];
-        for k in 0..6 {
-            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 6.0).sin_cos();
-            let from = (wi + radius * (cos * a + sin * b)).normalize();
-            // The part of a source below the horizon lights nothing.
-            if from.z > 0.0 {
-                points.push((from, 0.125));
-            }
-        }
-        points
     }
 }

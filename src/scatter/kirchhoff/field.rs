@@ -1,14 +1,12 @@
 //! One map lit by one wave: its mirror beam and its lobe at any `v_z`.
 
+use super::slices::Slices;
 use super::slots::Slots;
-use super::{Coherent, Spectrum, Wave, WaveDensity, Windows, beckmann_spizzichino};
+use super::{Coherent, Spectrum, Wave, WaveDensity, Window, Windows, beckmann_spizzichino};
 use crate::facets::SlopeStatistics;
 use crate::heightmap::{HeightMap, parameters};
 use crate::scatter::cells::HalfVectorCells;
 use rayon::prelude::*;
-
-/// Step of the slices in `ln v_z`; four slices meet in a cubic.
-const STEP: f64 = 0.2;
 
 /// Groups into which the speckles are dealt for the standard error.
 const REPLICATES: usize = 16;
@@ -78,6 +76,25 @@ impl<'a> WaveField<'a> {
             .fold((0.0, 0.0), |(share, error), c| (share + c.share() / n, error + c.relative_error / n))
     }
 
+    /// The slices that incident angles with cosines from `lowest` to `highest` meet.
+    pub fn slices(&self, [lowest, highest]: [f64; 2]) -> Slices {
+        Slices::spanning(self.v_z(lowest, 0.0), self.v_z(highest, 1.0))
+    }
+
+    /// Relative wave numbers over which the band is averaged.
+    pub fn band(&self) -> &[f64] {
+        &self.band
+    }
+
+    /// Power through one window at one `v_z`, the mirror beam `coherent` taken out.
+    pub fn spectrum(&self, window: &Window, v_z: f64, coherent: &Coherent) -> Spectrum {
+        let mut spectrum = Spectrum::measure(self.map, window, v_z, coherent.mean);
+        if self.windows.periodic && coherent.share() > 0.0 {
+            spectrum.fill_mirror_direction();
+        }
+        spectrum
+    }
+
     /// Power through every window at one `v_z`, with the incoherent share and each window's part of the whole.
     pub fn spectra(&self, v_z: f64) -> (f64, Vec<(Spectrum, f64)>) {
         let coherent = self.coherent(v_z);
@@ -86,13 +103,7 @@ impl<'a> WaveField<'a> {
             .windows
             .list
             .par_iter()
-            .map(|window| {
-                let mut spectrum = Spectrum::measure(self.map, window, v_z, coherent.mean);
-                if self.windows.periodic && coherent.share() > 0.0 {
-                    spectrum.fill_mirror_direction();
-                }
-                (spectrum, window.weight / total)
-            })
+            .map(|window| (self.spectrum(window, v_z, &coherent), window.weight / total))
             .collect();
         ((1.0 - coherent.share()).max(0.0), spectra)
     }
@@ -116,13 +127,8 @@ impl<'a> WaveField<'a> {
             .collect();
         let least = bin / axes[0];
         let total: f64 = nearest.iter().map(|b| b.1).sum();
-        nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        let mut below = 0.0;
-        let tenth = nearest.iter().find(|(_, energy)| {
-            below += energy;
-            below > 0.1 * total
-        });
-        tenth.map_or(1.0, |(radius, _)| radius / 0.459).max(least)
+        let tenth = if total > 0.0 { radius_holding(&mut nearest, 0.1 * total) } else { None };
+        tenth.map_or(1.0, |radius| radius / 0.459).max(least)
     }
 
     /// `T` over the cells for every `v_z` that an incident angle with cosine from `lowest` to `highest` meets.
@@ -136,14 +142,12 @@ impl<'a> WaveField<'a> {
         progress: &(dyn Fn(f64) + Sync),
     ) -> WaveDensity {
         let slots = Slots::new(cells, isotropic);
-        let (first, last) = (self.v_z(lowest, 0.0).ln(), self.v_z(highest, 1.0).ln());
-        let count = (((last - first) / STEP).ceil() as usize + 1).max(4);
-        let step = (last - first) / (count - 1) as f64;
+        let slices = self.slices([lowest, highest]);
         // Where the standard error is taken: specular at 60 deg, or the nearest there is.
-        let middle = ((self.v_z(0.5, 0.5).ln() - first) / step).round().clamp(0.0, (count - 1) as f64) as usize;
-        let mut density = WaveDensity::new(self.wave, first, step);
-        for slice in 0..count {
-            let v_z = (first + slice as f64 * step).exp();
+        let middle = slices.nearest(self.v_z(0.5, 0.5));
+        let mut density = WaveDensity::new(self.wave, slices);
+        for slice in 0..slices.count() {
+            let v_z = slices.v_z(slice);
             let mut sum = vec![0.0; cells.len()];
             let mut incoherent = 0.0;
             for (member, relative) in self.band.iter().enumerate() {
@@ -158,7 +162,7 @@ impl<'a> WaveField<'a> {
                 let energy = slots.count(&averaged(spectra), 1, |_, _| 0);
                 sum.iter_mut().zip(slots.density(&energy)).for_each(|(t, d)| *t += share * d);
                 incoherent += share;
-                progress((slice as f64 + (member + 1) as f64 / self.band.len() as f64) / count as f64);
+                progress((slice as f64 + (member + 1) as f64 / self.band.len() as f64) / slices.count() as f64);
             }
             if incoherent > 0.0 {
                 sum.iter_mut().for_each(|t| *t /= incoherent);
@@ -167,6 +171,23 @@ impl<'a> WaveField<'a> {
         }
         density
     }
+}
+
+/// Radius of the bin with which the energy of all nearer ones exceeds `wanted`: by halving the list, never sorting it whole.
+fn radius_holding(mut bins: &mut [(f64, f64)], mut wanted: f64) -> Option<f64> {
+    while bins.len() > 1 {
+        let middle = bins.len() / 2;
+        bins.select_nth_unstable_by(middle, |a, b| a.0.total_cmp(&b.0));
+        let nearer: f64 = bins[..middle].iter().map(|b| b.1).sum();
+        let (near, far) = bins.split_at_mut(middle);
+        if nearer > wanted {
+            bins = near;
+        } else {
+            wanted -= nearer;
+            bins = far;
+        }
+    }
+    bins.first().map(|b| b.0)
 }
 
 /// Mean of equally large spectra with their parts of the whole.

@@ -20,6 +20,7 @@ mod density;
 mod field;
 mod phase;
 mod series;
+mod slices;
 mod slots;
 mod validity;
 mod windows;
@@ -29,9 +30,11 @@ pub use density::WaveDensity;
 pub use field::WaveField;
 pub use phase::Spectrum;
 pub use series::beckmann_spizzichino;
+pub use slices::Slices;
 pub use validity::{SMALLEST_FOR_RAYS, TangentPlane, rayleigh_parameter};
 pub use windows::{Window, Windows};
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// The light of the wave calculation.
@@ -59,6 +62,26 @@ impl Wave {
     /// `k = 2 pi / lambda` [1/m].
     pub fn wave_number(&self) -> f64 {
         std::f64::consts::TAU / self.wavelength
+    }
+
+    /// Directions of the source about its middle `wi` and their weights: exact for cubics over the disc (Stroud 1971, S2 3-1 with
+    /// centre).
+    pub fn source_points(&self, wi: DVec3) -> Vec<(DVec3, f64)> {
+        if self.source <= 0.0 {
+            return vec![(wi, 1.0)];
+        }
+        let (a, b) = crate::math::frame::tangents(wi);
+        let radius = (0.5 * self.source).tan() * (2.0f64 / 3.0).sqrt();
+        let mut points = vec![(wi, 0.25)];
+        for k in 0..6 {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 6.0).sin_cos();
+            let from = (wi + radius * (cos * a + sin * b)).normalize();
+            // The part of a source below the horizon lights nothing.
+            if from.z > 0.0 {
+                points.push((from, 0.125));
+            }
+        }
+        points
     }
 
     /// Relative wave numbers of the band: at equal steps over it, enough that the speckles of neighbouring ones overlap for a
