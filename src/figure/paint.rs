@@ -154,7 +154,8 @@ mod tests {
             for (ti, to, phi) in [(0.2, 0.3, 3.0), (1.0, 0.9, 2.5), (0.7, 0.1, 0.4)] {
                 let (wi, wo) = (direction(ti, 0.0), direction(to, phi));
                 let sum = shared.eval(wi, wo) + under.eval(wi, wo);
-                assert!((sum / whole.eval(wi, wo) - 1.0).abs() < 1e-12);
+                // The layered model reads the albedo of its coat from a table over cosines.
+                assert!((sum / whole.eval(wi, wo) - 1.0).abs() < 1e-4);
             }
         }
     }
