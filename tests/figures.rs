@@ -70,7 +70,7 @@ fn radiance_read_off_the_tiles_is_f_r_times_the_light() {
             .length()
             .asin();
         let camera = Camera::perspective(eye, point, DVec3::Z, pixel, 1.0).unwrap();
-        let options = RenderOptions { width: 16, height: 16, samples_per_pixel: 1024, ..full };
+        let options = RenderOptions { width: 16, height: 16, samples_per_pixel: 4096, ..full };
         let read = shot(&scene, &camera, &options).mean();
         let brdf = figure.finishes()[tile].grey().unwrap();
         let wo = (eye - point).normalize();
