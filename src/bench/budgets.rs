@@ -6,16 +6,15 @@ use super::stopwatch::median_of;
 use super::surface::{GLASS, Surface, WAVELENGTH, budget_map};
 use crate::error::{Error, Result};
 use crate::facets::HeightField;
-use crate::math::random::CounterRng;
+use crate::math::random::{CounterRng, LANES};
 use crate::math::{direction, reflect};
 use crate::meter::{self, Azimuths, Geometry, facet_gloss, gloss};
 use crate::model;
 use crate::optics::Brdf;
 use crate::render::{Estimator, Tile, TilesOptions, render_tiles};
 use crate::sample::TableBrdf;
-use crate::scatter::beam::Beam;
 use crate::scatter::facet_sum::{Azimuth, facet_sum};
-use crate::scatter::rays::trace_rays;
+use crate::scatter::rays::{Light, Shower, trace_rays};
 use crate::scatter::slope_histogram::SlopeDensity;
 use crate::scatter::{HalfVectorCells, Selection};
 use glam::DVec3;
@@ -146,13 +145,22 @@ fn ordered_rays(b: &Bench, theta_deg: f64) -> Result<f64> {
 
 fn random_rays(b: &Bench, theta_deg: f64) -> Result<f64> {
     const RAYS: u64 = 1 << 18;
+    const TOGETHER: u64 = 512;
     let walk = b.surface.walk();
-    let beam = Beam::new(&b.surface.field, direction(theta_deg.to_radians(), 0.0), None);
-    let ray = |k: u64| {
-        let [x, y, ..] = CounterRng::four(1, 0, k);
-        beam.strike([x, y]).map_or(0.0, |arrival| walk.follow(arrival).absorbed)
+    let light = [Light::new(&walk, theta_deg.to_radians(), (0.0, 0.0), &Selection::default())];
+    let rays = || {
+        let mut shower = Shower::new(&walk, &b.cells);
+        let mut aims = Vec::with_capacity(TOGETHER as usize);
+        for from in (0..RAYS).step_by(TOGETHER as usize) {
+            aims.clear();
+            for some in (from..from + TOGETHER).step_by(LANES) {
+                aims.extend(CounterRng::fours(1, 0, some).map(|[x, y, ..]| [x, y]));
+            }
+            shower.fall(&light, &aims);
+        }
+        shower.sums()
     };
-    Ok(1e9 * median_of(b.repeats, || (0..RAYS).map(ray).sum::<f64>()) / RAYS as f64)
+    Ok(1e9 * median_of(b.repeats, rays) / RAYS as f64)
 }
 
 fn pyramid(b: &Bench) -> Result<f64> {

@@ -66,6 +66,7 @@ class Table:
             np.abs(file["phi_i_deg"] - np.degrees(PHI_I)).argmin() if len(file["phi_i_deg"]) > 1 else 0,
         )
         self.albedo = file["albedo"][node]
+        self.masking = file["masking"]
         self.density = file["density"][node].reshape(2 * self.axes[1, 2] + 1, 2 * self.axes[0, 2] + 1)
 
     def coordinate(self, x, axis):
@@ -77,7 +78,7 @@ class Table:
         return np.clip(u + half, 0, 2 * half - 1e-9)
 
     def f_r(self, wo):
-        """Torrance and Sparrow's relation for a mirror, density bilinear between the cell centres."""
+        """Torrance and Sparrow's relation for a mirror with Smith's masking, density bilinear between the cell centres."""
         wh = wo + WI
         wh = wh / np.linalg.norm(wh, axis=-1, keepdims=True)
         p, q = -wh[..., 0] / wh[..., 2] - self.centre[0], -wh[..., 1] / wh[..., 2] - self.centre[1]
@@ -88,7 +89,10 @@ class Table:
         s, t = u - i, v - j
         d = self.density
         t_wh = (1 - t) * ((1 - s) * d[j, i] + s * d[j, i + 1]) + t * ((1 - s) * d[j + 1, i] + s * d[j + 1, i + 1])
-        return t_wh / (4 * WI[2] * np.maximum(wo[..., 2], 1e-6) * wh[..., 2] ** 4)
+        cosines = np.linspace(0, 1, len(self.masking))
+        cos_o = np.maximum(wo[..., 2], 1e-6)
+        hidden = [np.interp(c, cosines, self.masking) / c for c in (WI[2], cos_o)]
+        return t_wh / (1 + hidden[0] + hidden[1]) / (4 * WI[2] * cos_o * wh[..., 2] ** 4)
 
 
 def directions(theta, phi):
