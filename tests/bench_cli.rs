@@ -75,7 +75,7 @@ fn a_small_budget_gives_all_files_and_repeatable_errors() {
 /// resolution on so small a map is in the comparison too: steep surfaces are up to 1.6 % off at cells for 1 %, but within
 /// 0.1 % at the cells of the reference; the slope distribution of the satin one is 0.3 % off.
 #[test]
-fn the_choice_is_within_its_tolerance_on_a_smooth_and_a_steep_map() {
+fn choices_are_near_their_tolerance_and_the_file_tells_which_lie_beyond() {
     let dir = tempfile::tempdir().unwrap();
     let mut maps = Vec::new();
     for (name, sq, acl) in [("smooth", "0.1um", "20um"), ("satin", "0.5um", "12um"), ("steep", "1.5um", "8um")] {
@@ -96,6 +96,7 @@ fn the_choice_is_within_its_tolerance_on_a_smooth_and_a_steep_map() {
     let found = rows(&out.join("choice.csv"));
     assert_eq!(found.len(), 3 * 3 * 5);
     for row in &found {
+        // Finer than 5 % the cells of the table of so small a map, not the method, decide: measured 1.6 % and 0.3 % at the most.
         let limit = match row[1].as_str() {
             "0.05" => 0.05,
             "0.01" => 0.02,
