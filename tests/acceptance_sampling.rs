@@ -66,10 +66,19 @@ fn count(brdf: &TableBrdf, wi: DVec3, partitions: &[Partition]) -> Vec<Vec<f64>>
         .map(|stream| {
             let mut rng = CounterRng::new(17, 3, stream);
             let mut counts = empty();
-            for _ in 0..DRAWS / streams {
-                let wo = brdf.sample(wi, [rng.uniform(), rng.uniform()]).map(|s| s.wo);
-                for (partition, counts) in partitions.iter().zip(&mut counts) {
-                    counts[wo.map_or(partition.masses.len(), &partition.place)] += 1.0;
+            // Some of every thousand in runs, some one by one.
+            let (together, alone) = (1000, 50);
+            let mut drawn = vec![None; together];
+            for from in (0..DRAWS / streams).step_by(together) {
+                let count = together.min((DRAWS / streams - from) as usize);
+                let u: Vec<[f64; 2]> = (0..count).map(|_| [rng.uniform(), rng.uniform()]).collect();
+                let drawn = &mut drawn[..count];
+                brdf.sample_many(&vec![wi; count], &u, drawn);
+                drawn.iter_mut().zip(&u).take(alone).for_each(|(s, u)| *s = brdf.sample(wi, *u));
+                for wo in drawn.iter().map(|s| s.map(|s| s.wo)) {
+                    for (partition, counts) in partitions.iter().zip(&mut counts) {
+                        counts[wo.map_or(partition.masses.len(), &partition.place)] += 1.0;
+                    }
                 }
             }
             counts
