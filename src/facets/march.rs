@@ -1,8 +1,8 @@
 //! The march of a ray over blocks and cells.
 
 use super::blocks::SHIFT;
+use super::ends::Hits;
 use super::slopes;
-use super::stride::Struck;
 use super::visibility::{Fate, HeightField, Hit, Ray, plane, quadrant};
 use crate::heightmap::Edges;
 use glam::DVec3;
@@ -72,17 +72,18 @@ impl HeightField<'_> {
         march.run(None)
     }
 
-    /// Where a ray from the cell `from` meets a facet that strides have found.
+    /// Where a ray from the cell `from` meets the facet number `k` that strides have found.
     #[inline]
-    pub(super) fn meet(&self, ray: &Ray, from: [usize; 2], struck: &Struck) -> Hit {
+    pub(super) fn meet(&self, ray: &Ray, from: [usize; 2], hits: &Hits, k: usize) -> Hit {
         let mut march = March::new(self, *ray, None, f64::INFINITY);
-        for k in 0..2 {
-            march.o[k] += (i64::from(struck.start[k]) - from[k] as i64) as f64;
-            march.cell[k] = struck.cell[k] as i64;
+        let cell = hits.cell.each_ref().map(|x| x[k]);
+        for axis in 0..2 {
+            march.o[axis] += (i64::from(hits.start[axis][k]) - from[axis] as i64) as f64;
+            march.cell[axis] = i64::from(cell[axis]);
         }
-        let corners = self.corners(struck.cell[0], struck.cell[1]);
-        let (height, rate) = march.over_plane(corners, struck.upper);
-        march.hit(corners, struck.upper, -height / rate)
+        let (corners, upper) = (self.corners(cell[0] as usize, cell[1] as usize), hits.upper[k] == 1);
+        let (height, rate) = march.over_plane(corners, upper);
+        march.hit(corners, upper, -height / rate)
     }
 }
 

@@ -33,44 +33,6 @@ impl HeightField<'_> {
         (to > 0.0).then_some([from, to])
     }
 
-    /// How many times `direction` something can stand in the way of a beam in f32 from height `z` in a cell; `None` if nothing
-    /// can, infinite if it goes down. As [`HeightField::reach`], without a branch until the end is known.
-    #[inline]
-    pub fn reach_in_lanes(&self, cell: [usize; 2], z: f32, [x, y, up]: [f32; 3]) -> Option<f32> {
-        if !(up > 0.0) {
-            return Some(f32::INFINITY);
-        }
-        let outlook = &self.outlooks(cell)[usize::from(x > 0.0) + 2 * usize::from(y > 0.0)];
-        let flat = (x * x + y * y).sqrt();
-        // Lower than it is by more than heights in f32 may be wrong by.
-        let z = z - self.margin;
-        // An unknown climb is never outdone.
-        let outdone = up >= outlook.climb.along_in_lanes(x, y);
-        let farther = outdone & (up >= outlook.farther.along_in_lanes(x, y));
-        // Rings whose tops the beam is not above where it enters them, a bit each.
-        let mut rings = u32::from(!outdone);
-        let mut inner = self.side;
-        for ring in 0..=RINGS {
-            let top = if ring < RINGS { outlook.tops[ring] } else { self.highest as f32 };
-            let open = (up * inner < (top - z) * flat) & !((ring == 0) & farther);
-            rings |= u32::from(open) << (ring + 1);
-            inner *= 2.0;
-        }
-        if rings == 0 {
-            return None;
-        }
-        // The outermost of them.
-        let ring = rings.ilog2();
-        let outer = if ring as usize > RINGS { f32::INFINITY } else { self.side * (1u32 << ring) as f32 };
-        let top = match ring as usize {
-            0 => f32::INFINITY,
-            ring if ring <= RINGS => outlook.tops[ring - 1],
-            _ => self.highest as f32,
-        };
-        let (there, outer) = ((top - z) / up, outer / flat);
-        Some(if there < outer { there } else { outer })
-    }
-
     /// Whether a ray `o + t d` (samples), `z[0] + t z[1]` (metres) stays above every edge of the mesh that it crosses for `t`
     /// within `times`, all of it on the map. `false` says nothing.
     ///

@@ -121,7 +121,8 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
                 let (phi, turn) = self.azimuth.of((id * GOLDEN).fract());
                 let column = run * RUN;
                 let local = direction(self.theta_i, phi - turn);
-                let run = Run { row, column, phi, turn, wi: direction(self.theta_i, phi), local };
+                let turned = [turn.cos() as f32, turn.sin() as f32];
+                let run = Run { row, column, turn, wi: direction(self.theta_i, phi), local, turned };
                 if turn != 0.0 {
                     sights = None;
                 }
@@ -142,7 +143,7 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
                     };
                     lanes.shine(self.level, &light, &ground, &self.walk.material, upper);
                     self.find_detectors(&run, &mut lanes);
-                    doubts.take(&run, &light, upper, &mut lanes, slow, fast);
+                    doubts.take(&run, upper, &mut lanes, slow, fast);
                     fast.add(&lanes);
                 }
             }
