@@ -41,8 +41,7 @@ fn step<S: Simd>(simd: S, lanes: &mut Lanes, ground: &Ground, from: usize, tops:
     let first = u32x16::from_slice(simd, &lanes.first[from..to]);
     let spare = real(&lanes.z) + climb * s - f32x16::from_slice(simd, tops) - ground.margin;
     let falls = first.simd_eq(ABOVE) & climb.simd_lt(0.0) & spare.simd_gt(0.0);
-    let tiny = f32x16::splat(simd, 1e-20);
-    let (by_height, by_reach) = (-spare / climb, f32x16::splat(simd, REACH) / dx.abs().max(dy.abs()).max(tiny));
+    let (by_height, by_reach) = (-spare / climb, real(&lanes.way[0]).min(real(&lanes.way[1])) * REACH);
     let far = by_reach.simd_lt(by_height);
     let s_next = (s + far.select(by_reach, by_height)).min(real(&lanes.end));
     let (x, y) = (real(&lanes.origin[0]) + dx * s_next, real(&lanes.origin[1]) + dy * s_next);

@@ -31,6 +31,8 @@ pub struct Lanes {
     pub(super) base: [Column<i32>; 2],
     pub(super) origin: [Column<f32>; 2],
     pub(super) d: [Column<f32>; 2],
+    /// How long the ways from edge to edge are: across the columns, the rows, the diagonals.
+    pub(super) way: [Column<f32>; 3],
     pub(super) z: Column<f32>,
     pub(super) climb: Column<f32>,
     pub(super) end: Column<f32>,
@@ -44,11 +46,9 @@ pub struct Lanes {
     /// Cell, and place in it.
     pub(super) cell: [Column<u32>; 2],
     pub(super) place: [Column<f32>; 2],
-    /// Of the cell: number of its first vertex and of its block, and where the map wraps how far before the first vertex the second
-    /// one is stored, modulo 2^32.
+    /// Numbers of the cell's first vertex and of its block.
     vertex: Column<u32>,
     block: Column<u32>,
-    right: Column<u32>,
     pub(super) corners: [Column<f32>; 4],
     pub(super) bend: Column<f32>,
     /// Of a facet that was met: its rise, and the height where.
@@ -67,6 +67,7 @@ impl Default for Lanes {
             base: [i; 2],
             origin: [f; 2],
             d: [f; 2],
+            way: [f; 3],
             z: f,
             climb: f,
             end: f,
@@ -79,7 +80,6 @@ impl Default for Lanes {
             place: [f; 2],
             vertex: u,
             block: u,
-            right: u,
             corners: [f; 4],
             bend: f,
             rise: [f; 2],
@@ -113,26 +113,23 @@ impl Lanes {
         let (heights, width) = (ground.heights, ground.width as usize);
         let [a, b, c, d] = &mut self.corners;
         let n = self.n;
-        let rights = &self.right[..n];
-        let (cells, blocks, bends) = (&self.vertex[..n], &self.block[..n], &mut self.bend[..n]);
+        let (vertices, blocks, bends) = (&self.vertex[..n], &self.block[..n], &mut self.bend[..n]);
         let (a, b, c, d) = (&mut a[..n], &mut b[..n], &mut c[..n], &mut d[..n]);
+        let columns = &self.cell[0][..n];
         for k in 0..n {
             bends[k] = ground.bends[blocks[k] as usize];
-        }
-        if !ground.wraps {
-            for k in 0..n {
-                let cell = cells[k] as usize;
-                let (top, bottom) = (&heights[cell..cell + 2], &heights[cell + width..cell + width + 2]);
-                (a[k], b[k], c[k], d[k]) = (top[0], top[1], bottom[0], bottom[1]);
-            }
-            return;
-        }
-        for k in 0..n {
-            let (top, right) = (cells[k] as usize, rights[k]);
-            // What lies below the last row is the first.
-            let bottom = if top + width < heights.len() { top + width } else { top + width - heights.len() };
-            let beside = |cell: usize| heights[(cell as u32).wrapping_sub(right) as usize];
-            (a[k], b[k], c[k], d[k]) = (heights[top], beside(top), heights[bottom], beside(bottom));
+            let first = vertices[k] as usize;
+            let below = first + width;
+            let inside = columns[k] + 1 < ground.width && below + 1 < heights.len();
+            (a[k], b[k], c[k], d[k]) = if inside {
+                let (top, bottom) = (&heights[first..first + 2], &heights[below..below + 2]);
+                (top[0], top[1], bottom[0], bottom[1])
+            } else {
+                // What lies beyond the last column and below the last row of a map that wraps are the first ones.
+                let below = below % heights.len();
+                let beside = |vertex: usize| vertex + 1 - if columns[k] + 1 < ground.width { 0 } else { width };
+                (heights[first], heights[beside(first)], heights[below], heights[beside(below)])
+            };
         }
     }
 
@@ -179,6 +176,10 @@ fn take<S: Simd>(simd: S, lanes: &mut Lanes, ground: &Ground, starts: &Starts, f
         let base = simd.compress_u32x16(cell[axis], mask).bitcast::<i32x16<S>>();
         base.store_slice(&mut lanes.base[axis][to..to + WIDTH]);
     }
+    let across = [dx * unit, dy * unit, (dx - dy) * unit];
+    for (across, way) in across.into_iter().zip(&mut lanes.way) {
+        put(f32x16::splat(simd, 1.0) / across.abs().max(f32x16::splat(simd, 1e-20)), way);
+    }
     put(real(&starts.z), &mut lanes.z);
     put(up * unit, &mut lanes.climb);
     put(unit, &mut lanes.unit);
@@ -202,11 +203,6 @@ fn find_vertices<S: Simd>(simd: S, lanes: &mut Lanes, ground: &Ground) {
         (row * ground.width + column).store_slice(&mut lanes.vertex[from..to]);
         let shift = super::blocks::SHIFT;
         ((row >> shift) * ground.blocks + (column >> shift)).store_slice(&mut lanes.block[from..to]);
-        if ground.wraps {
-            let number = |x: u32| u32x16::splat(simd, x);
-            let last = column.simd_eq(ground.width - 1);
-            last.select(number(ground.width - 1), number(u32::MAX)).store_slice(&mut lanes.right[from..to]);
-        }
     }
 }
 
@@ -269,13 +265,14 @@ fn pack<S: Simd>(simd: S, lanes: &mut Lanes) {
             continue;
         }
         let mask = mask32x16::from_bitmask(simd, bits);
-        let Lanes { id, base, origin, d, z, climb, end, unit, s, state, first, strides, cell, place, .. } = lanes;
+        let Lanes { id, base, origin, d, way, z, climb, end, unit, s, state, first, strides, cell, place, .. } = lanes;
         let [bx, by] = base;
         let [ox, oy] = origin;
         let [dx, dy] = d;
+        let [wx, wy, ww] = way;
         let [u, v] = place;
         let [column, row] = cell;
-        for x in [ox, oy, dx, dy, z, climb, end, unit, s, u, v] {
+        for x in [ox, oy, dx, dy, wx, wy, ww, z, climb, end, unit, s, u, v] {
             let packed = simd.compress_f32x16(f32x16::from_slice(simd, &x[from..from + WIDTH]), mask);
             packed.store_slice(&mut x[kept..kept + WIDTH]);
         }

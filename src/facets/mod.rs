@@ -2,6 +2,7 @@
 
 pub mod bends;
 pub mod blocks;
+pub mod crossing;
 pub mod descent;
 pub mod distribution;
 pub mod ends;
@@ -15,6 +16,8 @@ pub mod sight;
 pub mod slopes;
 pub mod starts;
 pub mod stride;
+pub mod tiles;
+pub mod trace;
 pub mod visibility;
 
 pub use distribution::SlopeStatistics;

@@ -2,8 +2,8 @@
 
 use super::ends::Ends;
 use super::lanes::Lanes;
-use super::march::Own;
 use super::starts::{Start, Starts};
+use super::trace::Own;
 use super::visibility::{Fate, HeightField, Ray};
 use fearless_simd::Level;
 

@@ -1,6 +1,7 @@
 //! Whether facets of a row see a source, side by side.
 
 use super::blocks::SIDE;
+use super::sight::Ascent;
 use super::visibility::{HeightField, quadrant};
 use crate::heightmap::Edges;
 use fearless_simd::{Level, Simd, dispatch};
@@ -31,7 +32,7 @@ pub struct RowSight {
     crossings: Vec<Crossing>,
     upper: bool,
     quadrant: usize,
-    wi: DVec3,
+    ascent: Ascent,
     farthest: f64,
 }
 
@@ -80,25 +81,26 @@ impl RowSight {
             add(t, u + dx * t, &|column| ([column - k, column - k + 1], [column, column + 1]));
         }
         crossings.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-        RowSight { crossings, upper, quadrant: quadrant(wi), wi, farthest }
+        RowSight { crossings, upper, quadrant: quadrant(wi), ascent: Ascent::new(wi), farthest }
     }
 
-    /// Which of the facets of the cells `column..column + RUN` see the source. Facets near the border of a mirrored map, or so close to
-    /// a shadow's edge that f32 cannot tell, stay unknown.
-    pub fn seen(&self, level: Level, field: &HeightField, row: usize, column: usize) -> [Seen; RUN] {
+    /// Which of the facets of the cells `column..column + RUN` see the source, `top` and `bottom` being the vertices on either side of
+    /// them. Facets near the border of a mirrored map, or so close to a shadow's edge that f32 cannot tell, stay unknown.
+    pub fn seen(
+        &self,
+        level: Level,
+        field: &HeightField,
+        [column, row]: [usize; 2],
+        [top, bottom]: [&[f32]; 2],
+    ) -> [Seen; RUN] {
         let [width, height] = [field.map().width(), field.map().height()];
         let lanes = RUN.min(field.cells()[0] - column);
-        let corners: [[f32; 4]; RUN] =
-            std::array::from_fn(|k| if k < lanes { field.corners(column + k, row) } else { [f32::NAN; 4] });
-        let z: [f32; RUN] = std::array::from_fn(|k| {
-            let [a, b, c, d] = corners[k];
-            (a + d + if self.upper { b } else { c }) * (1.0 / 3.0)
-        });
+        let (mut z, mut lowest) = ([0.0; RUN], [0.0; RUN / SIDE]);
+        dispatch!(level, simd => centroids(simd, top, bottom, self.upper, &mut z, &mut lowest));
         let (mut from, mut to) = (f64::INFINITY, 0.0f64);
-        for (block, z) in (column..column + lanes).step_by(SIDE).zip(z.chunks(SIDE)) {
+        for (block, z) in (column..column + lanes).step_by(SIDE).zip(lowest) {
             let outlook = &field.outlooks([block, row])[self.quadrant];
-            let lowest = f64::from(z.iter().copied().fold(f32::INFINITY, f32::min));
-            if let Some([a, b]) = field.doubtful(outlook, lowest, self.wi) {
+            if let Some([a, b]) = field.doubtful(outlook, f64::from(z), &self.ascent) {
                 (from, to) = (from.min(a), to.max(b));
             }
         }
@@ -182,6 +184,29 @@ fn extend_beyond(field: &HeightField, row: i64, column: i64, lanes: usize, heigh
         heights.extend_from_slice(&line(row)[from as usize..to as usize]);
     }
     heights.resize(full, NOTHING);
+}
+
+/// Heights of the centroids of a run, and the lowest of each block; what is missing is no height.
+#[simd]
+fn centroids<S: Simd>(
+    _: S,
+    top: &[f32],
+    bottom: &[f32],
+    upper: bool,
+    z: &mut [f32; RUN],
+    lowest: &mut [f32; RUN / SIDE],
+) {
+    let (top, bottom) = (&top[..RUN + 1], &bottom[..RUN + 1]);
+    let third = if upper { &top[1..] } else { &bottom[..RUN] };
+    for k in 0..RUN {
+        z[k] = (top[k] + bottom[k + 1] + third[k]) * (1.0 / 3.0);
+    }
+    for (block, lowest) in lowest.iter_mut().enumerate() {
+        *lowest = f32::INFINITY;
+        for z in &z[block * SIDE..(block + 1) * SIDE] {
+            *lowest = if z < lowest { *z } else { *lowest };
+        }
+    }
 }
 
 /// A crossing on the heights of the map: indices of the vertices of lane 0.

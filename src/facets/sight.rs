@@ -4,14 +4,30 @@ use super::blocks::{Climb, Outlook, RINGS, SIDE};
 use super::visibility::HeightField;
 use glam::DVec3;
 
+/// A direction upwards and how it climbs.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ascent {
+    d: DVec3,
+    /// Height per length over the mean plane, and its inverse.
+    climb: f64,
+    per_climb: f64,
+}
+
+impl Ascent {
+    pub(super) fn new(d: DVec3) -> Self {
+        let climb = d.z / (d.x * d.x + d.y * d.y).sqrt();
+        Ascent { d, climb, per_climb: 1.0 / climb }
+    }
+}
+
 impl HeightField<'_> {
-    /// The stretch over the mean plane \[m\] where something could stand in the way of a beam along the unit vector `d`, upwards
-    /// from height `z`; `None` if nothing can.
+    /// The stretch over the mean plane \[m\] where something could stand in the way of a beam from height `z`; `None` if
+    /// nothing can.
     #[inline]
-    pub(super) fn doubtful(&self, outlook: &Outlook, z: f64, d: DVec3) -> Option<[f64; 2]> {
+    pub(super) fn doubtful(&self, outlook: &Outlook, z: f64, ascent: &Ascent) -> Option<[f64; 2]> {
+        let Ascent { d, climb, per_climb } = *ascent;
         let map = self.map();
         let side = SIDE as f64 * if map.pitch_x < map.pitch_y { map.pitch_x } else { map.pitch_y };
-        let climb = d.z / (d.x * d.x + d.y * d.y).sqrt();
         let (mut from, mut to) = (f64::INFINITY, 0.0);
         // An unknown climb is never outdone.
         let outdoes = |climb: &Climb| d.z >= climb.along(d.x, d.y);
@@ -25,7 +41,7 @@ impl HeightField<'_> {
             let top = if ring < RINGS { f64::from(outlook.tops[ring]) } else { self.highest };
             if z + climb * inner < top && !(ring == 0 && farther) {
                 from = if from < inner { from } else { inner };
-                let (there, outer) = ((top - z) / climb, 2.0 * inner);
+                let (there, outer) = ((top - z) * per_climb, 2.0 * inner);
                 to = if there < outer || ring == RINGS { there } else { outer };
             }
             inner *= 2.0;

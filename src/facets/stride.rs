@@ -59,7 +59,8 @@ fn advance<S: Simd>(simd: S, lanes: &mut Lanes, ground: &Ground) -> usize {
         let rx = dx.simd_gt(zero).select(-(u - 1.0), u);
         let ry = dy.simd_gt(zero).select(-(v - 1.0), v);
         let rw = dw.simd_gt(zero).select(upper.select(-(w - 1.0), -w), upper.select(w, w + 1.0));
-        let edge = (rx / ax.max(tiny)).min(ry / ay.max(tiny)).min(rw / aw.max(tiny)).max(zero);
+        let [way_x, way_y, way_w] = lanes.way.each_ref().map(real);
+        let edge = (rx * way_x).min(ry * way_y).min(rw * way_w).max(zero);
         let (ex, ey, ew) = (-(rx - 0.5), -(ry - 0.5), -(rw - 0.5));
         let c0 = over - margin - bend * (ex * ex + ey * ey + ew * ew) * 0.5;
         let c1 = gain - bend * (ax * ex + ay * ey + aw * ew);
@@ -67,7 +68,7 @@ fn advance<S: Simd>(simd: S, lanes: &mut Lanes, ground: &Ground) -> usize {
         let root = (c1 * c1 + c2 * c0 * 2.0).max(zero).sqrt();
         let rises = c1.simd_gt(zero);
         let far = rises.select(c1 + root, c0 * 2.0) / rises.select(c2, root - c1).max(tiny);
-        let far = (far * (1.0 - 1e-5)).min(f32x16::splat(simd, REACH) / ax.max(ay).max(tiny));
+        let far = (far * (1.0 - 1e-5)).min(way_x.min(way_y) * REACH);
         let across = edge + s * BEYOND[1] + BEYOND[0];
         let at_edge = c0 + edge * (c1 - c2 * edge * 0.5);
 

@@ -21,7 +21,7 @@ use fearless_simd_macros::simd;
 use glam::DVec3;
 
 /// Facets that are worth answering together.
-const MANY: usize = 1024;
+const MANY: usize = 4096;
 
 /// One run of cells and its light.
 #[derive(Debug, Clone, Copy)]

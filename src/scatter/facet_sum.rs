@@ -127,17 +127,18 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
                     sights = None;
                 }
                 let light = Light::new(run.wi, turn, [map.pitch_x, map.pitch_y]);
+                let sides = [&top[column..], &bottom[column..]];
                 for upper in [false, true] {
                     let seen = if self.source_is_clear(&run) {
                         [row_sight::YES; RUN]
                     } else {
                         let sights =
                             sights.get_or_insert_with(|| [false, true].map(|u| RowSight::new(field, run.wi, u)));
-                        sights[usize::from(upper)].seen(self.level, field, row, column)
+                        sights[usize::from(upper)].seen(self.level, field, [column, row], sides)
                     };
                     let ground = Ground {
-                        top: &top[column..],
-                        bottom: &bottom[column..],
+                        top: sides[0],
+                        bottom: sides[1],
                         clear: clear.each_ref().map(|line| &line[column..column + RUN]),
                         seen: &seen,
                     };

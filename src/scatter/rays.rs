@@ -25,7 +25,7 @@ use glam::DVec3;
 const BATCH: u64 = 1 << 14;
 
 /// Rays followed together.
-const TOGETHER: usize = 512;
+const TOGETHER: usize = 2048;
 
 /// `E_k = (1/N) sum of w_j over the rays that end in k`, `w_j` the product of R(beta) over the bounces of ray j
 /// (physics of Westlund, Meyer and Hunt 2002, section 4.2.1).
