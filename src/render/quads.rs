@@ -183,6 +183,6 @@ mod tests {
                 .any(|j| quads.get(j).intersect(&ray, 1.001 * t).is_some());
             assert_eq!(block(1.001 * t, Some(i)), second);
         }
-        assert!(hits > 1000);
+        assert!(hits > 300, "{hits}");
     }
 }
