@@ -97,7 +97,8 @@ fn scattering(c: &mut Criterion) {
                 for from in (0..rays).step_by(512) {
                     aims.clear();
                     for some in (from..from + 512).step_by(LANES) {
-                        aims.extend(CounterRng::fours(1, 0, some).map(|[x, y, ..]| [x, y]));
+                        let [x, y, ..] = CounterRng::fours(1, 0, some);
+                        aims.extend(x.into_iter().zip(y).map(|(x, y)| [x, y]));
                     }
                     shower.fall(light, &aims);
                 }

@@ -1,9 +1,11 @@
 //! The pyramid march against an exhaustive test of every triangle, and against closed forms.
 
+use asperity::facets::starts::{Start, Starts};
 use asperity::facets::visibility::{Fate, HeightField, Hit, Ray};
 use asperity::facets::{Packet, slopes};
 use asperity::heightmap::{Edges, HeightMap, synth};
 use asperity::math::{direction, frame, random::CounterRng};
+use fearless_simd::Level;
 use glam::DVec3;
 use ndarray::{Array2, s};
 
@@ -289,4 +291,54 @@ fn packets_equal_single_rays() {
             assert!(seconds > 50 && free > 2000, "{name}: {seconds} {free}");
         }
     }
+}
+
+/// A beam that meets something is never let go by what is known of blocks, and its hit lies within the way that is of interest; most of
+/// those that meet nothing are let go.
+#[test]
+fn no_beam_that_meets_something_is_let_go() {
+    let mut dropped = 0;
+    for (name, map) in surfaces() {
+        let field = HeightField::new(&map);
+        let [nx, ny] = field.cells();
+        let mut rng = CounterRng::new(13, 0, 0);
+        let (mut starts, mut fates) = (Starts::default(), Vec::new());
+        for _ in 0..5000 {
+            let cell = [rng.uniform() * nx as f64, rng.uniform() * ny as f64].map(|x| x as usize);
+            let upper = rng.uniform() < 0.5;
+            let [a, b, c, d] = field.corners(cell[0], cell[1]).map(f64::from);
+            let (p, q) = slopes::of_corners([a, b, c, d], map.pitch_x, map.pitch_y)[usize::from(upper)];
+            let direction = direction(1.57 * rng.uniform().sqrt(), std::f64::consts::TAU * rng.uniform());
+            if !(frame::normal_of_slope(p, q).dot(direction) > 0.0) {
+                continue;
+            }
+            let (u, v) = if upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
+            let (column, row) = (cell[0] as f64 + u, cell[1] as f64 + v);
+            let z = (a + d + if upper { b } else { c }) / 3.0;
+            starts.push(&Start {
+                id: fates.len() as u32,
+                cell: cell.map(|c| c as u32),
+                own: 1 + u32::from(upper),
+                at: [u as f32, v as f32],
+                z: z as f32,
+                direction: direction.to_array().map(|x| x as f32),
+                end: 0.0,
+            });
+            fates.push((field.trace(Ray { column, row, z, direction }, Some((cell, upper))), z, direction));
+        }
+        starts.keep_doubtful(Level::new(), &field);
+        let mut kept = vec![None; fates.len()];
+        (0..starts.n).for_each(|k| kept[starts.id[k] as usize] = Some(starts.end[k]));
+        for (k, ((fate, z, direction), end)) in fates.iter().zip(kept).enumerate() {
+            match (fate, end) {
+                (Fate::Hit(hit), end) => {
+                    let times = (hit.z - z) / direction.z;
+                    assert!(end.is_some_and(|end| f64::from(end) >= times), "{name} {k}: {hit:?} {direction} {end:?}");
+                }
+                (_, None) => dropped += 1,
+                _ => {}
+            }
+        }
+    }
+    assert!(dropped > 10_000, "{dropped}");
 }

@@ -154,7 +154,8 @@ fn random_rays(b: &Bench, theta_deg: f64) -> Result<f64> {
         for from in (0..RAYS).step_by(TOGETHER as usize) {
             aims.clear();
             for some in (from..from + TOGETHER).step_by(LANES) {
-                aims.extend(CounterRng::fours(1, 0, some).map(|[x, y, ..]| [x, y]));
+                let [x, y, ..] = CounterRng::fours(1, 0, some);
+                aims.extend(x.into_iter().zip(y).map(|(x, y)| [x, y]));
             }
             shower.fall(&light, &aims);
         }

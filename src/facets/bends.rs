@@ -1,6 +1,6 @@
 //! How sharply the surface bends upwards, which bounds how soon it can rise to a ray that is now above it.
 
-use super::blocks::{Blocks, SHIFT, SIDE};
+use super::blocks::{Blocks, SIDE};
 use super::slopes;
 use crate::heightmap::HeightMap;
 use fearless_simd::{Level, Simd, dispatch};
@@ -17,6 +17,8 @@ const WIDER: f32 = 4e-7;
 pub struct Bends {
     /// `J` of a block and its eight neighbours \[m\]; infinite if one of them misses a point.
     pub around: Vec<f32>,
+    /// Highest vertex of a block and its eight neighbours \[m\].
+    pub tops: Vec<f32>,
     /// Largest difference of two neighbouring vertices \[m\] in blocks that miss no point.
     pub largest_step: f32,
 }
@@ -69,13 +71,9 @@ impl Bends {
             let whole = block.largest_step(pitch).is_finite();
             *bend = if whole { *bend + WIDER * largest_step } else { f32::INFINITY };
         }
-        Bends { around: widened(&bends, blocks.width, wraps), largest_step }
-    }
-
-    /// Index of the block around a cell.
-    #[inline(always)]
-    pub fn index(width: u32, column: u32, row: u32) -> u32 {
-        (row >> SHIFT) * width + (column >> SHIFT)
+        let tops: Vec<f32> = blocks.blocks.iter().map(|block| block.top).collect();
+        let around = |values| widened(values, blocks.width, wraps);
+        Bends { around: around(&bends), tops: around(&tops), largest_step }
     }
 }
 
@@ -86,7 +84,7 @@ fn widened(values: &[f32], width: usize, wraps: bool) -> Vec<f32> {
             if wraps { [(k + n - 1) % n, (k + 1) % n] } else { [k.saturating_sub(1), (k + 1).min(n - 1)] };
         [before, k, after]
     };
-    let largest = |three: [f32; 3]| three.into_iter().fold(0.0, f32::max);
+    let largest = |three: [f32; 3]| three.into_iter().fold(f32::NEG_INFINITY, f32::max);
     let mut rows = Vec::with_capacity(values.len());
     for row in values.chunks(width) {
         rows.extend((0..width).map(|c| largest(around(c, width).map(|c| row[c]))));

@@ -11,7 +11,7 @@ pub const SHIFT: u32 = 3;
 pub const SIDE: usize = 1 << SHIFT;
 
 /// Bounds are widened by this share against the rounding of f32.
-const WIDER: f32 = 1e-6;
+pub(super) const WIDER: f32 = 1e-6;
 
 /// Rings of blocks that are looked through for what stands in the way; ring `k` lies from `2^k` to `2^(k+1)` blocks away.
 pub const RINGS: usize = 5;
@@ -20,9 +20,9 @@ pub const RINGS: usize = 5;
 /// surface may jump.
 #[derive(Debug, Clone, Copy)]
 pub struct Climb {
-    x: f32,
-    y: f32,
-    sum: f32,
+    pub(super) x: f32,
+    pub(super) y: f32,
+    pub(super) sum: f32,
 }
 
 impl Climb {
@@ -33,15 +33,6 @@ impl Climb {
         let (x, y) = (x.abs(), y.abs());
         let (axis, diagonal) = if x > y { (x - y, y) } else { (y - x, x) };
         axis * f64::from(if x > y { self.x } else { self.y }) + diagonal * f64::from(self.sum)
-    }
-
-    /// [`Climb::along`] in f32, widened against its rounding.
-    #[inline]
-    pub fn along_in_lanes(&self, x: f32, y: f32) -> f32 {
-        let (x, y) = (x.abs(), y.abs());
-        let (far, near, axis) = if x > y { (x, y, self.x) } else { (y, x, self.y) };
-        let bound = (far - near) * axis + near * self.sum;
-        bound + WIDER * bound.abs()
     }
 
     /// Bound of the climb towards any direction of the quadrant.

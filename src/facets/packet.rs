@@ -1,11 +1,11 @@
 //! Many rays side by side: long ways in few strides of f32 that are sure, the rest by the march in f64.
 
-use super::march::Own;
-use super::stride::Lanes;
+use super::ends::Ends;
+use super::lanes::Lanes;
+use super::starts::{Start, Starts};
+use super::trace::Own;
 use super::visibility::{Fate, HeightField, Ray};
 use fearless_simd::Level;
-
-pub use super::stride::{End, Start, Struck};
 
 /// Rays in f32, side by side.
 ///
@@ -24,31 +24,18 @@ impl Default for Strides {
 }
 
 impl Strides {
-    /// Follows the rays; `ended` hears how each of them ended, in any order.
-    #[inline]
-    pub fn follow(
-        &mut self,
-        field: &HeightField,
-        starts: impl Iterator<Item = Start>,
-        mut ended: impl FnMut(u32, End),
-    ) {
+    /// Follows the rays and adds how they ended to `ends`, in any order.
+    pub fn follow(&mut self, field: &HeightField, starts: &Starts, ends: &mut Ends) {
         let Strides { level, lanes } = self;
         let ground = field.ground();
-        let mut starts = starts.fuse();
-        loop {
-            lanes.clear();
-            while !lanes.is_full()
-                && let Some(start) = starts.next()
-            {
-                if !lanes.push(&ground, &start) {
-                    ended(start.id, End::Unsure(0.0));
-                }
-            }
-            if lanes.all_ended() {
-                return;
-            }
-            while !lanes.all_ended() {
-                lanes.stride(*level, &ground, &mut ended);
+        let mut next = lanes.fill(*level, &ground, starts, 0, ends);
+        while lanes.n > 0 {
+            let ended = lanes.stride(*level, &ground);
+            lanes.let_go(*level, ends);
+            // Lanes that have ended cost as much as the others, but so does moving those together.
+            if 4 * ended >= lanes.n {
+                lanes.pack(*level);
+                next = lanes.fill(*level, &ground, starts, next, ends);
             }
         }
     }
@@ -60,6 +47,8 @@ impl Strides {
 pub struct Packet {
     strides: Strides,
     rays: Vec<(Ray, Option<Own>, f64)>,
+    starts: Starts,
+    ends: Ends,
     fates: Vec<Fate>,
 }
 
@@ -74,12 +63,13 @@ impl Packet {
 
     /// The fates of all rays in the order in which they were added; the packet is empty afterwards.
     pub fn trace(&mut self, field: &HeightField) -> &[Fate] {
-        let Packet { strides, rays, fates } = self;
+        let Packet { strides, rays, starts, ends, fates } = self;
         fates.clear();
         fates.resize(rays.len(), Fate::Escaped([1.0; 2]));
-        let starts = rays.iter().enumerate().filter(|(_, ray)| ray.2 > 0.0).map(|(id, &(ray, own, end))| {
+        starts.n = 0;
+        for (id, &(ray, own, end)) in rays.iter().enumerate().filter(|(_, ray)| ray.2 > 0.0) {
             let cell = start_cell(&ray, own);
-            Start {
+            starts.push(&Start {
                 id: id as u32,
                 cell: cell.map(|c| c as u32),
                 own: own.map_or(0, |own| 1 + u32::from(own.1)),
@@ -87,17 +77,20 @@ impl Packet {
                 z: ray.z as f32,
                 direction: ray.direction.to_array().map(|x| x as f32),
                 end: end as f32,
-            }
-        });
-        strides.follow(field, starts, |id, end_of_ray| {
+            });
+        }
+        ends.clear();
+        strides.follow(field, starts, ends);
+        let hits = &ends.hits;
+        for k in 0..hits.n {
+            let id = hits.id[k] as usize;
+            let (ray, own, _) = rays[id];
+            fates[id] = Fate::Hit(field.meet(&ray, start_cell(&ray, own), hits, k));
+        }
+        for &(id, t) in &ends.unsure {
             let (ray, own, end) = rays[id as usize];
-            fates[id as usize] = match end_of_ray {
-                End::Free => return,
-                End::Hit(struck) => Fate::Hit(field.meet(&ray, start_cell(&ray, own), &struck)),
-                End::Unsure(0.0) => field.march(ray, own, end),
-                End::Unsure(t) => field.march_on(ray, t, end),
-            };
-        });
+            fates[id as usize] = if t == 0.0 { field.march(ray, own, end) } else { field.march_on(ray, t, end) };
+        }
         rays.clear();
         &*fates
     }

@@ -1,6 +1,7 @@
 //! Whether facets of a row see a source, side by side.
 
 use super::blocks::SIDE;
+use super::sight::Ascent;
 use super::visibility::{HeightField, quadrant};
 use crate::heightmap::Edges;
 use fearless_simd::{Level, Simd, dispatch};
@@ -10,8 +11,8 @@ use glam::DVec3;
 /// Cells of a row that are asked together.
 pub const RUN: usize = 64;
 
-/// Whether a facet sees the source, as a byte for the lanes.
-pub type Seen = u8;
+/// Whether a facet sees the source, as a word for the lanes.
+pub type Seen = u32;
 pub const UNKNOWN: Seen = 0;
 pub const YES: Seen = 1;
 pub const NO: Seen = 2;
@@ -31,7 +32,7 @@ pub struct RowSight {
     crossings: Vec<Crossing>,
     upper: bool,
     quadrant: usize,
-    wi: DVec3,
+    ascent: Ascent,
     farthest: f64,
 }
 
@@ -80,25 +81,26 @@ impl RowSight {
             add(t, u + dx * t, &|column| ([column - k, column - k + 1], [column, column + 1]));
         }
         crossings.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-        RowSight { crossings, upper, quadrant: quadrant(wi), wi, farthest }
+        RowSight { crossings, upper, quadrant: quadrant(wi), ascent: Ascent::new(wi), farthest }
     }
 
-    /// Which of the facets of the cells `column..column + RUN` see the source. Facets near the border of a mirrored map, or so close to
-    /// a shadow's edge that f32 cannot tell, stay unknown.
-    pub fn seen(&self, level: Level, field: &HeightField, row: usize, column: usize) -> [Seen; RUN] {
+    /// Which of the facets of the cells `column..column + RUN` see the source, `top` and `bottom` being the vertices on either side of
+    /// them. Facets near the border of a mirrored map, or so close to a shadow's edge that f32 cannot tell, stay unknown.
+    pub fn seen(
+        &self,
+        level: Level,
+        field: &HeightField,
+        [column, row]: [usize; 2],
+        [top, bottom]: [&[f32]; 2],
+    ) -> [Seen; RUN] {
         let [width, height] = [field.map().width(), field.map().height()];
         let lanes = RUN.min(field.cells()[0] - column);
-        let corners: [[f32; 4]; RUN] =
-            std::array::from_fn(|k| if k < lanes { field.corners(column + k, row) } else { [f32::NAN; 4] });
-        let z: [f32; RUN] = std::array::from_fn(|k| {
-            let [a, b, c, d] = corners[k];
-            (a + d + if self.upper { b } else { c }) * (1.0 / 3.0)
-        });
-        let lowest = f64::from(z.iter().copied().fold(f32::INFINITY, f32::min));
+        let (mut z, mut lowest) = ([0.0; RUN], [0.0; RUN / SIDE]);
+        dispatch!(level, simd => centroids(simd, top, bottom, self.upper, &mut z, &mut lowest));
         let (mut from, mut to) = (f64::INFINITY, 0.0f64);
-        for block in (column..column + lanes).step_by(SIDE) {
+        for (block, z) in (column..column + lanes).step_by(SIDE).zip(lowest) {
             let outlook = &field.outlooks([block, row])[self.quadrant];
-            if let Some([a, b]) = field.doubtful(outlook, lowest, self.wi) {
+            if let Some([a, b]) = field.doubtful(outlook, f64::from(z), &self.ascent) {
                 (from, to) = (from.min(a), to.max(b));
             }
         }
@@ -129,14 +131,20 @@ impl RowSight {
                 return seen;
             }
             let stretch = |c: &Crossing| {
-                let starts = [beyond.len(), beyond.len() + lanes];
-                let places = [0, 1].map(|k| [row as i64 + c.rows[k], column as i64 + c.columns[k]]);
-                let [a, b] = places.map(|[r, c]| beyond_border(field, r, c, lanes));
-                // What is only half on the map is no edge of it.
-                let none = |(a, b): (&f32, &f32)| *a == NOTHING || *b == NOTHING;
-                let a_or_none = a.iter().zip(&b).map(|ab| if none(ab) { NOTHING } else { *ab.0 });
-                let b_or_none = a.iter().zip(&b).map(|ab| if none(ab) { NOTHING } else { *ab.1 });
-                beyond.extend(a_or_none.chain(b_or_none));
+                let starts = [0, 1].map(|k| {
+                    let start = beyond.len();
+                    extend_beyond(field, row as i64 + c.rows[k], column as i64 + c.columns[k], lanes, &mut beyond);
+                    start
+                });
+                if map.edges == Edges::Open {
+                    // What is only half on the map is no edge of it.
+                    let (a, b) = beyond[starts[0]..].split_at_mut(lanes);
+                    for (a, b) in a.iter_mut().zip(b) {
+                        if *a == NOTHING || *b == NOTHING {
+                            (*a, *b) = (NOTHING, NOTHING);
+                        }
+                    }
+                }
                 Stretch { starts, share: c.share, rise: c.rise }
             };
             crossings.iter().map(stretch).collect()
@@ -152,18 +160,53 @@ impl RowSight {
 /// Lower than any height: where an open map has ended.
 const NOTHING: f32 = -1e30;
 
-/// Heights of a row from a column on, whether they lie on the map or not.
-fn beyond_border(field: &HeightField, row: i64, column: i64, lanes: usize) -> Vec<f32> {
+/// Adds heights of a row from a column on, whether they lie on the map or not.
+fn extend_beyond(field: &HeightField, row: i64, column: i64, lanes: usize, heights: &mut Vec<f32>) {
     let map = field.map();
     let [width, height] = [map.width(), map.height()].map(|n| n as i64);
-    let at = |column: i64| match map.edges {
-        Edges::Periodic => field.heights[(row.rem_euclid(height) * width + column.rem_euclid(width)) as usize],
-        _ if (0..height).contains(&row) && (0..width).contains(&column) => {
-            field.heights[(row * width + column) as usize]
+    let line = |row: i64| &field.heights[(row * width) as usize..((row + 1) * width) as usize];
+    let end = column + lanes as i64;
+    if map.edges == Edges::Periodic {
+        let line = line(row.rem_euclid(height));
+        let mut from = column;
+        while from < end {
+            let start = from.rem_euclid(width);
+            let n = (end - from).min(width - start);
+            heights.extend_from_slice(&line[start as usize..(start + n) as usize]);
+            from += n;
         }
-        _ => NOTHING,
-    };
-    (column..column + lanes as i64).map(at).collect()
+        return;
+    }
+    let full = heights.len() + lanes;
+    if (0..height).contains(&row) {
+        let [from, to] = [column, end].map(|c| c.clamp(0, width));
+        heights.resize(heights.len() + (from - column).clamp(0, lanes as i64) as usize, NOTHING);
+        heights.extend_from_slice(&line(row)[from as usize..to as usize]);
+    }
+    heights.resize(full, NOTHING);
+}
+
+/// Heights of the centroids of a run, and the lowest of each block; what is missing is no height.
+#[simd]
+fn centroids<S: Simd>(
+    _: S,
+    top: &[f32],
+    bottom: &[f32],
+    upper: bool,
+    z: &mut [f32; RUN],
+    lowest: &mut [f32; RUN / SIDE],
+) {
+    let (top, bottom) = (&top[..RUN + 1], &bottom[..RUN + 1]);
+    let third = if upper { &top[1..] } else { &bottom[..RUN] };
+    for k in 0..RUN {
+        z[k] = (top[k] + bottom[k + 1] + third[k]) * (1.0 / 3.0);
+    }
+    for (block, lowest) in lowest.iter_mut().enumerate() {
+        *lowest = f32::INFINITY;
+        for z in &z[block * SIDE..(block + 1) * SIDE] {
+            *lowest = if z < lowest { *z } else { *lowest };
+        }
+    }
 }
 
 /// A crossing on the heights of the map: indices of the vertices of lane 0.

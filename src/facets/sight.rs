@@ -4,14 +4,30 @@ use super::blocks::{Climb, Outlook, RINGS, SIDE};
 use super::visibility::HeightField;
 use glam::DVec3;
 
+/// A direction upwards and how it climbs.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ascent {
+    d: DVec3,
+    /// Height per length over the mean plane, and its inverse.
+    climb: f64,
+    per_climb: f64,
+}
+
+impl Ascent {
+    pub(super) fn new(d: DVec3) -> Self {
+        let climb = d.z / (d.x * d.x + d.y * d.y).sqrt();
+        Ascent { d, climb, per_climb: 1.0 / climb }
+    }
+}
+
 impl HeightField<'_> {
-    /// The stretch over the mean plane \[m\] where something could stand in the way of a beam along the unit vector `d`, upwards
-    /// from height `z`; `None` if nothing can.
+    /// The stretch over the mean plane \[m\] where something could stand in the way of a beam from height `z`; `None` if
+    /// nothing can.
     #[inline]
-    pub(super) fn doubtful(&self, outlook: &Outlook, z: f64, d: DVec3) -> Option<[f64; 2]> {
+    pub(super) fn doubtful(&self, outlook: &Outlook, z: f64, ascent: &Ascent) -> Option<[f64; 2]> {
+        let Ascent { d, climb, per_climb } = *ascent;
         let map = self.map();
         let side = SIDE as f64 * if map.pitch_x < map.pitch_y { map.pitch_x } else { map.pitch_y };
-        let climb = d.z / (d.x * d.x + d.y * d.y).sqrt();
         let (mut from, mut to) = (f64::INFINITY, 0.0);
         // An unknown climb is never outdone.
         let outdoes = |climb: &Climb| d.z >= climb.along(d.x, d.y);
@@ -25,50 +41,12 @@ impl HeightField<'_> {
             let top = if ring < RINGS { f64::from(outlook.tops[ring]) } else { self.highest };
             if z + climb * inner < top && !(ring == 0 && farther) {
                 from = if from < inner { from } else { inner };
-                let (there, outer) = ((top - z) / climb, 2.0 * inner);
+                let (there, outer) = ((top - z) * per_climb, 2.0 * inner);
                 to = if there < outer || ring == RINGS { there } else { outer };
             }
             inner *= 2.0;
         }
         (to > 0.0).then_some([from, to])
-    }
-
-    /// How many times `direction` something can stand in the way of a beam in f32 from height `z` in a cell; `None` if nothing
-    /// can, infinite if it goes down. As [`HeightField::reach`], without a branch until the end is known.
-    #[inline]
-    pub fn reach_in_lanes(&self, cell: [usize; 2], z: f32, [x, y, up]: [f32; 3]) -> Option<f32> {
-        if !(up > 0.0) {
-            return Some(f32::INFINITY);
-        }
-        let outlook = &self.outlooks(cell)[usize::from(x > 0.0) + 2 * usize::from(y > 0.0)];
-        let flat = (x * x + y * y).sqrt();
-        // Lower than it is by more than heights in f32 may be wrong by.
-        let z = z - self.margin;
-        // An unknown climb is never outdone.
-        let outdone = up >= outlook.climb.along_in_lanes(x, y);
-        let farther = outdone & (up >= outlook.farther.along_in_lanes(x, y));
-        // Rings whose tops the beam is not above where it enters them, a bit each.
-        let mut rings = u32::from(!outdone);
-        let mut inner = self.side;
-        for ring in 0..=RINGS {
-            let top = if ring < RINGS { outlook.tops[ring] } else { self.highest as f32 };
-            let open = (up * inner < (top - z) * flat) & !((ring == 0) & farther);
-            rings |= u32::from(open) << (ring + 1);
-            inner *= 2.0;
-        }
-        if rings == 0 {
-            return None;
-        }
-        // The outermost of them.
-        let ring = rings.ilog2();
-        let outer = if ring as usize > RINGS { f32::INFINITY } else { self.side * (1u32 << ring) as f32 };
-        let top = match ring as usize {
-            0 => f32::INFINITY,
-            ring if ring <= RINGS => outlook.tops[ring - 1],
-            _ => self.highest as f32,
-        };
-        let (there, outer) = ((top - z) / up, outer / flat);
-        Some(if there < outer { there } else { outer })
     }
 
     /// Whether a ray `o + t d` (samples), `z[0] + t z[1]` (metres) stays above every edge of the mesh that it crosses for `t`

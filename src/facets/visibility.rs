@@ -2,8 +2,8 @@
 
 use super::bends::Bends;
 use super::blocks::{Block, Blocks, Outlook, SIDE};
+use super::ground::Ground;
 use super::slopes;
-use super::stride::Ground;
 use crate::heightmap::{Edges, HeightMap};
 use glam::DVec3;
 use std::borrow::Cow;
@@ -139,6 +139,16 @@ impl<'a> HeightField<'a> {
     #[inline]
     pub fn clear_sines(&self, [column, row]: [usize; 2]) -> &[f32; 4] {
         &self.sines[self.blocks.index(column, row)]
+    }
+
+    /// The same of all blocks in one list, by `4 block + quadrant`.
+    pub fn clear_sine_table(&self) -> &[f32] {
+        self.sines.as_flattened()
+    }
+
+    /// The outlooks of all blocks in one list, by `4 block + quadrant`.
+    pub(super) fn outlook_table(&self) -> &[Outlook] {
+        self.outlooks.as_flattened()
     }
 
     /// Heights of the corners of a cell as [`slopes::of_corners`] takes them.

@@ -35,11 +35,11 @@ impl CounterRng {
         words.map(inside)
     }
 
-    /// [`CounterRng::four`] of the items from `first` on, side by side.
-    pub fn fours(seed: u64, stream: u32, first: u64) -> [[f64; 4]; LANES] {
-        let mut words = [[0; LANES]; 4];
-        dispatch!(Level::new(), simd => fours(simd, seed, stream, first, &mut words));
-        std::array::from_fn(|k| [0, 1, 2, 3].map(|word| inside(words[word][k])))
+    /// [`CounterRng::four`] of the items from `first` on, side by side: their first numbers, their second ones, and so on.
+    pub fn fours(seed: u64, stream: u32, first: u64) -> [[f64; LANES]; 4] {
+        let mut numbers = [[0.0; LANES]; 4];
+        dispatch!(Level::new(), simd => fours(simd, seed, stream, first, &mut numbers));
+        numbers
     }
 
     /// Uniform f64 in `[0, 1)` with 53 bits.
@@ -95,8 +95,9 @@ impl TryRng for CounterRng {
 pub const LANES: usize = 64;
 
 #[simd]
-fn fours<S: Simd>(_: S, seed: u64, stream: u32, first: u64, words: &mut [[u32; LANES]; 4]) {
+fn fours<S: Simd>(_: S, seed: u64, stream: u32, first: u64, numbers: &mut [[f64; LANES]; 4]) {
     let key = [seed as u32, (seed >> 32) as u32];
+    let mut words = [[0; LANES]; 4];
     for k in 0..LANES {
         let item = first.wrapping_add(k as u64);
         let [a, b, c, d] = philox([0, stream, item as u32, (item >> 32) as u32], key);
@@ -104,6 +105,11 @@ fn fours<S: Simd>(_: S, seed: u64, stream: u32, first: u64, words: &mut [[u32; L
         words[1][k] = b;
         words[2][k] = c;
         words[3][k] = d;
+    }
+    for (numbers, words) in numbers.iter_mut().zip(&words) {
+        for k in 0..LANES {
+            numbers[k] = inside(words[k]);
+        }
     }
 }
 
@@ -144,8 +150,9 @@ mod tests {
     fn items_side_by_side_have_the_numbers_of_single_items() {
         // Across a carry into the upper half of the item.
         let first = (7 << 32) - 5;
-        for (k, four) in CounterRng::fours(99 << 31, 3, first).into_iter().enumerate() {
-            assert_eq!(four, CounterRng::four(99 << 31, 3, first + k as u64));
+        let numbers = CounterRng::fours(99 << 31, 3, first);
+        for k in 0..LANES {
+            assert_eq!(numbers.map(|some| some[k]), CounterRng::four(99 << 31, 3, first + k as u64));
         }
     }
 

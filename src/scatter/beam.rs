@@ -2,8 +2,11 @@
 
 use super::bounce::Arrival;
 use super::selection::Footprint;
+use crate::facets::starts::Starts;
 use crate::facets::visibility::{Fate, HeightField, Hit, Ray};
 use crate::heightmap::Edges;
+use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd_macros::simd;
 use glam::DVec3;
 
 /// Light from one direction over the lit part of the mean plane, which is widened so that every lit facet is fully lit.
@@ -58,21 +61,42 @@ impl<'a> Beam<'a> {
         self.arrive(aim, flip, &hit)
     }
 
-    /// Column and row of where the ray aimed at `aim` starts, if that is plainly on the map: facets that it meets before it leaves
-    /// the map are lit if [`Beam::lights`] says so.
-    #[inline]
-    pub fn start(&self, aim: [f64; 2]) -> Option<[f64; 2]> {
+    /// Adds the rays aimed at places in `[0, 1]^2` of the mean plane, each with its place among `aims`. Facets that they meet before
+    /// they leave the map are lit if [`Beam::lights`] says so; rays that do not plainly start on the map have no cell.
+    pub fn start(&self, level: Level, aims: &[[f64; 2]], starts: &mut Starts) {
+        let (n, all) = (starts.n, starts.n + aims.len());
+        starts.reserve(aims.len());
+        starts.n = all;
         let [_, highest] = self.field.height_range();
         let size = self.field.cells().map(|n| n as f64);
-        let mut start = [aim[0] + self.lean[0] * highest, aim[1] + self.lean[1] * highest];
-        let mut inside = true;
-        for k in 0..2 {
-            if !(start[k] >= 0.0 && start[k] < size[k]) {
-                start[k] = start[k].rem_euclid(size[k]);
-                inside = false;
+        let inside = dispatch!(level, simd => place(simd, self, highest, size, aims, starts, n));
+        let down = (-self.wi).to_array().map(|x| x as f32);
+        starts.direction.iter_mut().zip(down).for_each(|(column, x)| column[n..all].fill(x));
+        starts.own[n..all].fill(0);
+        starts.z[n..all].fill(highest as f32);
+        starts.end[n..all].fill(f32::INFINITY);
+        starts.id[n..all].iter_mut().zip(n as u32..).for_each(|(id, k)| *id = k);
+        if inside {
+            return;
+        }
+        let wraps = self.field.map().edges == Edges::Periodic && self.footprint.is_none();
+        for (k, &u) in (n..).zip(aims) {
+            let aim = self.aim(u);
+            let start = [0, 1].map(|axis| aim[axis] + self.lean[axis] * highest);
+            if (0..2).all(|axis| start[axis] >= 0.0 && start[axis] < size[axis]) {
+                continue;
+            }
+            for axis in 0..2 {
+                let place = start[axis].rem_euclid(size[axis]);
+                starts.cell[axis][k] = if wraps { place as u32 } else { u32::MAX };
+                starts.at[axis][k] = (place - place.floor()) as f32;
             }
         }
-        (inside || self.field.map().edges == Edges::Periodic && self.footprint.is_none()).then_some(start)
+    }
+
+    /// Whether only a part of the map is lit.
+    pub fn is_part(&self) -> bool {
+        self.footprint.is_some()
     }
 
     /// Whether a cell of the map is lit.
@@ -149,4 +173,35 @@ impl<'a> Beam<'a> {
         (ray.column, ray.row) = (start[0], start[1]);
         Some((ray, flip))
     }
+}
+
+/// 2^52, to whose last places whole numbers can be added as bits.
+const TWO_52: f64 = (1u64 << 52) as f64;
+
+/// Cells and places in them of rays that start at `aim + lean highest`; whether all of them lie on the map.
+#[simd]
+fn place<S: Simd>(
+    _: S,
+    beam: &Beam,
+    highest: f64,
+    size: [f64; 2],
+    aims: &[[f64; 2]],
+    starts: &mut Starts,
+    from: usize,
+) -> bool {
+    let mut outside = 0;
+    for axis in 0..2 {
+        let (first, extent, drift) = (beam.from[axis], beam.extent[axis], beam.lean[axis] * highest);
+        let size = size[axis];
+        let cell = &mut starts.cell[axis][from..from + aims.len()];
+        let at = &mut starts.at[axis][from..from + aims.len()];
+        for k in 0..aims.len() {
+            let start = first + extent * aims[k][axis] + drift;
+            outside |= u32::from(!((start >= 0.0) & (start < size)));
+            let whole = start.floor();
+            cell[k] = (whole + TWO_52).to_bits() as u32;
+            at[k] = (start - whole) as f32;
+        }
+    }
+    outside == 0
 }

@@ -5,18 +5,23 @@ use super::bounce::{Arrival, Departure, Walk};
 use super::cascade::Cascade;
 use super::cells::{CellLanes, HalfVectorCells};
 use super::detectors::Detectors;
+use super::exits::{Beam, Exits};
 use super::facet_sum::turned_back;
 use super::facing::{Facing, facing};
 use super::flights::Flights;
-use super::lanes::{self, Glance, Lanes, Light};
+use super::lanes::{self, Lanes};
 use super::quick_sums::QuickSums;
-use crate::facets::packet::{End, Start, Struck};
+use crate::facets::ends::Ends;
+use crate::facets::row_sight::RUN;
+use crate::facets::starts::{Start, Starts, WIDTH, make_room};
 use crate::facets::visibility::Fate;
 use crate::facets::{Strides, slopes};
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdInt, SimdMask, dispatch, f32x16, mask32x16, u32x16};
+use fearless_simd_macros::simd;
 use glam::DVec3;
 
 /// Facets that are worth answering together.
-const MANY: usize = 1024;
+const MANY: usize = 4096;
 
 /// One run of cells and its light.
 #[derive(Debug, Clone, Copy)]
@@ -24,25 +29,40 @@ pub struct Run {
     pub row: usize,
     /// First column of the run.
     pub column: usize,
-    pub phi: f64,
     /// Turn into the frame of the detectors.
     pub turn: f64,
     pub wi: DVec3,
     /// `wi` in the frame of the detectors.
     pub local: DVec3,
+    /// Cosine and sine of the turn.
+    pub turned: [f32; 2],
 }
 
-/// One facet, as the lanes left it.
+/// A facet of a run.
 #[derive(Clone, Copy)]
-struct Doubtful {
-    /// Its run, and its place there.
+struct Place {
     run: u32,
     lane: u32,
     upper: bool,
-    /// Weight and energy in steps, if it is known to be lit.
-    steps: Option<[u32; 2]>,
-    /// Detector of its own reflection.
-    slot: u32,
+}
+
+/// Centroids of the lower and the upper facet in their cell.
+const CENTROIDS: [[f32; 2]; 2] = [[1.0 / 3.0, 2.0 / 3.0], [2.0 / 3.0, 1.0 / 3.0]];
+
+/// Facets that are lit but whose beams may be blocked, in columns with room for a vector at their ends; facet number `k` is beam
+/// number `k` of the cascade.
+#[derive(Default)]
+struct Lit {
+    cascade: Cascade,
+    /// Run and lane.
+    place: Vec<u32>,
+    upper: Vec<u32>,
+    /// In steps.
+    weight: Vec<u32>,
+    /// In steps, after the first reflection.
+    energy: Vec<u32>,
+    /// Detector of the own reflection.
+    slot: Vec<u32>,
 }
 
 /// Facets that wait for an answer, and where the answers go.
@@ -50,13 +70,19 @@ pub struct Doubts<'w, D: Detectors + ?Sized> {
     walk: &'w Walk<'w>,
     detectors: &'w D,
     cells: Option<CellLanes>,
+    level: Level,
     runs: Vec<Run>,
-    facets: Vec<Doubtful>,
-    /// Ways to the source, and out.
-    sources: Vec<Start>,
+    lit: Lit,
+    /// Facets of which it is not known whether they are lit, with the detectors of their own reflections; their ways to the source
+    /// and how these ended.
+    unknown: Vec<(Place, u32)>,
+    sources: Starts,
+    ends: Ends,
     strides: Strides,
-    cascade: Cascade,
+    exits: Exits,
     flights: Flights<'w>,
+    /// What is being followed in f64: detectors of the own reflections, and steps of weight and energy of those known to be lit.
+    slow: Vec<(Place, u32, Option<[u32; 2]>)>,
 }
 
 impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
@@ -66,132 +92,180 @@ impl<'w, D: Detectors + ?Sized> Doubts<'w, D> {
             walk,
             detectors,
             cells: detectors.slope_cells().map(HalfVectorCells::lanes),
+            level: Level::new(),
             runs: Vec::new(),
-            facets: Vec::new(),
-            sources: Vec::new(),
+            lit: Lit::default(),
+            unknown: Vec::new(),
+            sources: Starts::default(),
+            ends: Ends::default(),
             strides: Strides::default(),
-            cascade: Cascade::default(),
+            exits: Exits::default(),
             flights: Flights::new(walk),
+            slow: Vec::new(),
         }
     }
 
     /// Takes the facets in doubt out of the `lanes` of a run.
-    pub fn take(
-        &mut self,
-        run: &Run,
-        light: &Light,
-        upper: bool,
-        lanes: &mut Lanes,
-        slow: &mut Accumulator,
-        fast: &mut QuickSums,
-    ) {
-        let before = self.facets.len();
-        for group in 0..lanes.doubt.len() / 8 {
-            let doubt: [u8; 8] = std::array::from_fn(|k| lanes.doubt[group * 8 + k]);
-            if u64::from_ne_bytes(doubt) == 0 {
-                continue;
-            }
-            for (k, doubt) in doubt.into_iter().enumerate() {
-                if doubt != lanes::NONE {
-                    self.take_one(run, light, group * 8 + k, upper, lanes, fast);
-                }
+    pub fn take(&mut self, run: &Run, upper: bool, lanes: &mut Lanes, slow: &mut Accumulator, fast: &mut QuickSums) {
+        let worst = lanes.doubt.iter().fold(lanes::NONE, |worst, &doubt| worst.max(doubt));
+        if worst == lanes::NONE {
+            return;
+        }
+        let number = self.runs.len() as u32;
+        self.runs.push(*run);
+        self.lit.reserve(RUN);
+        let lit = &mut self.lit;
+        dispatch!(self.level, simd => take_lit(simd, run, number, upper, lanes, lit));
+        if worst == lanes::ALL {
+            for k in (0..RUN).filter(|&k| lanes.doubt[k] == lanes::ALL) {
+                let id = self.unknown.len() as u32;
+                self.unknown.push((Place { run: number, lane: k as u32, upper }, lanes.slot[k]));
+                self.sources.push(&Start {
+                    id,
+                    cell: [run.column + k, run.row].map(|x| x as u32),
+                    own: 1 + u32::from(upper),
+                    at: CENTROIDS[usize::from(upper)],
+                    z: lanes.z[k],
+                    direction: run.wi.to_array().map(|x| x as f32),
+                    end: 0.0,
+                });
             }
         }
-        if self.facets.len() > before {
-            self.runs.push(*run);
-        }
-        if self.facets.len() >= MANY {
+        if self.lit.cascade.n + self.unknown.len() >= MANY {
             self.answer(slow, fast);
         }
     }
 
-    fn take_one(&mut self, run: &Run, light: &Light, k: usize, upper: bool, lanes: &mut Lanes, fast: &mut QuickSums) {
-        let field = self.walk.field;
-        let cell = [run.column + k, run.row];
-        let [a, b, c, d] = field.corners(cell[0], cell[1]);
-        let (third, at) = if upper { (b, [2.0 / 3.0, 1.0 / 3.0]) } else { (c, [1.0 / 3.0, 2.0 / 3.0]) };
-        let steps = [lanes.weight[k], lanes.energy[k]];
-        let slot = lanes.slot[k];
-        (lanes.weight[k], lanes.energy[k]) = (0, 0);
-        let is_lit = lanes.doubt[k] == lanes::EXIT;
-        let direction = if is_lit {
-            let [px, py] = light.per_pitch;
-            let (p, q) = if upper { (b - a, b - d) } else { (d - c, a - c) };
-            Glance::new(light.wi, p * px, q * py).wo
-        } else {
-            light.wi
-        };
-        let z = (a + d + third) * (1.0 / 3.0);
-        let id = self.facets.len() as u32;
-        if is_lit {
-            let facet = Struck { cell, upper, at, z, rise: [0.0; 2], start: [0; 2] };
-            let reflectance = steps[1] as f32 / steps[0].max(1) as f32;
-            if !self.cascade.push(self.walk, id, &facet, direction, reflectance) {
-                return fast.add_beam(1, slot, steps);
-            }
-        } else {
-            let end = field.reach_in_lanes(cell, z, direction).unwrap_or(0.0);
-            let (cell, own) = (cell.map(|c| c as u32), 1 + u32::from(upper));
-            self.sources.push(Start { id, cell, own, at, z, direction, end });
-        }
-        let (run, lane) = (self.runs.len() as u32, k as u32);
-        self.facets.push(Doubtful { run, lane, upper, steps: is_lit.then_some(steps), slot });
-    }
-
     /// Answers all questions.
     pub fn answer(&mut self, slow: &mut Accumulator, fast: &mut QuickSums) {
-        let Doubts { walk, detectors, cells, runs, facets, sources, strides, cascade, flights } = self;
-        let field = walk.field;
-        let arrival = |facet: &Doubtful| arrival(walk, &runs[facet.run as usize], facet);
-        strides.follow(field, sources.drain(..), |id, end| {
-            let facet = &facets[id as usize];
-            let Some((arrival, weight)) = arrival(facet) else { return };
-            let hidden = match end {
-                End::Free => false,
-                End::Hit(_) => true,
-                End::Unsure(_) => matches!(walk.onward(&arrival, arrival.back), Fate::Hit(_)),
-            };
-            if hidden {
-                slow.shadowed(weight);
-            } else {
-                flights.start(id, arrival);
+        self.look_for_sources(slow);
+        let Doubts { walk, detectors, cells, runs, lit, exits, flights, slow: waiting, .. } = self;
+        let arrival = |place: &Place| arrival(walk, &runs[place.run as usize], place);
+        let cascade = &mut lit.cascade;
+        cascade.land(walk);
+        for k in 0..cascade.n {
+            let (weight, bounces) = (lit.weight[k], cascade.bounces[k]);
+            if bounces == 1 {
+                fast.add_beam(1, lit.slot[k], [weight, lit.energy[k]]);
+                continue;
             }
-        });
-        cascade.land(walk, |id, freed| {
-            let facet = &facets[id as usize];
-            let [weight, energy] = facet.steps.unwrap_or_default();
-            match freed {
-                Some(beam) if beam.bounces == 1 => fast.add_beam(1, facet.slot, [weight, energy]),
-                Some(beam) => {
-                    let run = &runs[facet.run as usize];
-                    let turn = [run.turn.cos() as f32, run.turn.sin() as f32];
-                    let detector = beam.detector(*detectors, cells.as_ref(), run.local, turn);
-                    let energy = (f64::from(weight) * f64::from(beam.energy)).round() as u32;
-                    fast.add_beam(beam.bounces, detector, [weight, energy]);
-                }
-                None => {
-                    if let Some((arrival, _)) = arrival(facet) {
-                        flights.start(id, arrival);
-                    }
-                }
+            let place =
+                Place { run: lit.place[k] / RUN as u32, lane: lit.place[k] % RUN as u32, upper: lit.upper[k] == 1 };
+            if bounces > 1 {
+                let run = &runs[place.run as usize];
+                let wo = cascade.direction.each_ref().map(|x| x[k]);
+                exits.push(Beam { bounces, weight, energy: cascade.energy[k] }, wo, run.local, run.turned);
+            } else if let Some((arrival, _)) = arrival(&place) {
+                flights.start(waiting.len() as u32, arrival);
+                waiting.push((place, lit.slot[k], Some([weight, lit.energy[k]])));
             }
+        }
+        cascade.clear();
+        exits.leave(*detectors, cells.as_ref(), |beam, slot| {
+            fast.add_beam(beam.bounces, slot, [beam.weight, (f64::from(beam.energy) + 0.5) as u32]);
         });
         flights.land(&mut |id, end| {
-            let facet = &facets[id as usize];
-            if let (Some([weight, energy]), 1, Some(_)) = (facet.steps, end.bounces, end.escaped) {
-                return fast.add_beam(1, facet.slot, [weight, energy]);
+            let (place, slot, steps) = &waiting[id as usize];
+            if let (Some(steps), 1, Some(_)) = (steps, end.bounces, end.escaped) {
+                return fast.add_beam(1, *slot, *steps);
             }
-            if let Some((_, weight)) = arrival(facet) {
-                add_end(*detectors, &runs[facet.run as usize], facet.slot as usize, weight, end, slow);
+            if let Some((_, weight)) = arrival(place) {
+                add_end(*detectors, &runs[place.run as usize], *slot as usize, weight, end, slow);
             }
         });
-        facets.clear();
+        waiting.clear();
         runs.clear();
+    }
+
+    /// Finds out which of the unknown facets see the source; those that do are to be followed in f64.
+    fn look_for_sources(&mut self, slow: &mut Accumulator) {
+        let Doubts { walk, runs, unknown, sources, ends, strides, flights, slow: waiting, .. } = self;
+        if unknown.is_empty() {
+            return;
+        }
+        sources.keep_doubtful(self.level, walk.field);
+        ends.clear();
+        strides.follow(walk.field, sources, ends);
+        sources.n = 0;
+        let mut hidden = vec![Some(false); unknown.len()];
+        ends.hits.id[..ends.hits.n].iter().for_each(|&id| hidden[id as usize] = Some(true));
+        ends.unsure.iter().for_each(|&(id, _)| hidden[id as usize] = None);
+        for ((place, slot), hidden) in unknown.drain(..).zip(hidden) {
+            let run = &runs[place.run as usize];
+            let Some((arrival, weight)) = arrival(walk, run, &place) else { continue };
+            if hidden.unwrap_or_else(|| matches!(walk.onward(&arrival, arrival.back), Fate::Hit(_))) {
+                slow.shadowed(weight);
+            } else {
+                flights.start(waiting.len() as u32, arrival);
+                waiting.push((place, slot, None));
+            }
+        }
+    }
+}
+
+impl Lit {
+    fn reserve(&mut self, more: usize) {
+        self.cascade.reserve(more);
+        let n = self.cascade.n + more;
+        let Lit { cascade: _, place, upper, weight, energy, slot } = self;
+        [place, upper, weight, energy, slot].into_iter().for_each(|column| make_room(column, n));
+    }
+}
+
+/// Takes the beams that may be blocked out of the lanes of run `number`.
+#[simd]
+fn take_lit<S: Simd>(simd: S, run: &Run, number: u32, upper: bool, lanes: &mut Lanes, lit: &mut Lit) {
+    const COUNT: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+    let Lit { cascade, place, upper: uppers, weight, energy, slot } = lit;
+    let count = u32x16::from_slice(simd, &COUNT);
+    let splat = |x: u32| u32x16::splat(simd, x);
+    for from in (0..RUN).step_by(WIDTH) {
+        let to = from + WIDTH;
+        let open = u32x16::from_slice(simd, &lanes.doubt[from..to]).simd_eq(lanes::EXIT);
+        let bits = open.to_bitmask();
+        if bits == 0 {
+            continue;
+        }
+        let mask = mask32x16::from_bitmask(simd, bits);
+        let (k, n) = (cascade.n, cascade.starts.n);
+        let starts = &mut cascade.starts;
+        let packed = |x: &[f32; RUN]| simd.compress_f32x16(f32x16::from_slice(simd, &x[from..to]), mask);
+        let packed_words = |x: &[u32; RUN]| simd.compress_u32x16(u32x16::from_slice(simd, &x[from..to]), mask);
+        let lane = simd.compress_u32x16(count + from as u32, mask);
+        (lane + number * RUN as u32).store_slice(&mut place[k..k + WIDTH]);
+        splat(u32::from(upper)).store_slice(&mut uppers[k..k + WIDTH]);
+        packed_words(&lanes.weight).store_slice(&mut weight[k..k + WIDTH]);
+        packed_words(&lanes.slot).store_slice(&mut slot[k..k + WIDTH]);
+        let steps = packed_words(&lanes.energy);
+        steps.store_slice(&mut energy[k..k + WIDTH]);
+        steps.to_float::<f32x16<S>>().store_slice(&mut cascade.energy[k..k + WIDTH]);
+        splat(1).store_slice(&mut cascade.bounces[k..k + WIDTH]);
+
+        (count + k as u32).store_slice(&mut starts.id[n..n + WIDTH]);
+        (lane + run.column as u32).store_slice(&mut starts.cell[0][n..n + WIDTH]);
+        splat(run.row as u32).store_slice(&mut starts.cell[1][n..n + WIDTH]);
+        splat(1 + u32::from(upper)).store_slice(&mut starts.own[n..n + WIDTH]);
+        for axis in 0..2 {
+            let at = f32x16::splat(simd, CENTROIDS[usize::from(upper)][axis]);
+            at.store_slice(&mut starts.at[axis][n..n + WIDTH]);
+        }
+        packed(&lanes.z).store_slice(&mut starts.z[n..n + WIDTH]);
+        for axis in 0..3 {
+            let wo = packed(&lanes.wo[axis]);
+            wo.store_slice(&mut starts.direction[axis][n..n + WIDTH]);
+            wo.store_slice(&mut cascade.direction[axis][k..k + WIDTH]);
+        }
+        let beams = bits.count_ones() as usize;
+        (cascade.n, starts.n) = (k + beams, n + beams);
+        for steps in [&mut lanes.weight, &mut lanes.energy] {
+            let left = open.select(splat(0), u32x16::from_slice(simd, &steps[from..to]));
+            left.store_slice(&mut steps[from..to]);
+        }
     }
 }
 
 /// A facet at its centroid in f64, and its weight; `None` if it just faces away.
-fn arrival(walk: &Walk, run: &Run, facet: &Doubtful) -> Option<(Arrival, f64)> {
+fn arrival(walk: &Walk, run: &Run, facet: &Place) -> Option<(Arrival, f64)> {
     let map = walk.field.map();
     let cell = [run.column + facet.lane as usize, run.row];
     let corners = walk.field.corners(cell[0], cell[1]).map(f64::from);

@@ -121,28 +121,30 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
                 let (phi, turn) = self.azimuth.of((id * GOLDEN).fract());
                 let column = run * RUN;
                 let local = direction(self.theta_i, phi - turn);
-                let run = Run { row, column, phi, turn, wi: direction(self.theta_i, phi), local };
+                let turned = [turn.cos() as f32, turn.sin() as f32];
+                let run = Run { row, column, turn, wi: direction(self.theta_i, phi), local, turned };
                 if turn != 0.0 {
                     sights = None;
                 }
                 let light = Light::new(run.wi, turn, [map.pitch_x, map.pitch_y]);
+                let sides = [&top[column..], &bottom[column..]];
                 for upper in [false, true] {
                     let seen = if self.source_is_clear(&run) {
                         [row_sight::YES; RUN]
                     } else {
                         let sights =
                             sights.get_or_insert_with(|| [false, true].map(|u| RowSight::new(field, run.wi, u)));
-                        sights[usize::from(upper)].seen(self.level, field, row, column)
+                        sights[usize::from(upper)].seen(self.level, field, [column, row], sides)
                     };
                     let ground = Ground {
-                        top: &top[column..],
-                        bottom: &bottom[column..],
+                        top: sides[0],
+                        bottom: sides[1],
                         clear: clear.each_ref().map(|line| &line[column..column + RUN]),
                         seen: &seen,
                     };
                     lanes.shine(self.level, &light, &ground, &self.walk.material, upper);
                     self.find_detectors(&run, &mut lanes);
-                    doubts.take(&run, &light, upper, &mut lanes, slow, fast);
+                    doubts.take(&run, upper, &mut lanes, slow, fast);
                     fast.add(&lanes);
                 }
             }

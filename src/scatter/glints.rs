@@ -1,51 +1,30 @@
 //! Facets that rays have met, worked out side by side.
 
 use super::cells::CellLanes;
-use super::lanes::{Conductor, Dielectric, Glance, Mirror, Reflect, clear_towards, slots};
-use crate::facets::packet::Struck;
+use super::lanes::{Conductor, Dielectric, Glance, Mirror, Reflect, slots};
+use crate::facets::ends::Hits;
+use crate::facets::starts::{Starts, WIDTH, live, make_room, quadrant_numbers};
+use crate::facets::{HeightField, slopes};
 use crate::optics::Material;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd, SimdBase, SimdMask, dispatch, f32x16, mask32x16, u32x16};
 use fearless_simd_macros::simd;
 
-/// Facets of one round of the lanes.
-const ROUND: usize = 64;
-
-type Lane<T> = [T; ROUND];
-
-/// What the facets that rays met do with their light.
+/// What the facets that rays met do with their light, in the order of the [`Hits`]: columns with room for a vector at their ends.
 pub struct Glints {
     level: Level,
-    n: usize,
-    rounds: Vec<Round>,
-    /// The light of all rays, if they have one.
-    common: Option<Light>,
-    /// Numbers of the rays and the facets they met, in the order in which they were added.
-    pub rays: Vec<(u32, Struck)>,
-}
-
-struct Round {
-    rise: [Lane<f32>; 2],
-    wi: [Lane<f32>; 3],
-    clear: [Lane<f32>; 4],
-    turn: [Lane<f32>; 2],
+    /// Direction to the source.
+    pub wi: [Vec<f32>; 3],
+    /// Cosine and sine of the turn into the frame of the detectors.
+    pub turn: [Vec<f32>; 2],
     /// Slopes, turned; mirror directions in the frame of the map.
-    slope: [Lane<f32>; 2],
-    wo: [Lane<f32>; 3],
-    reflectance: Lane<f32>,
+    slope: [Vec<f32>; 2],
+    pub wo: [Vec<f32>; 3],
+    pub reflectance: Vec<f32>,
     /// 1 if nothing can stand in the way of the reflected beam.
-    free: Lane<u32>,
-    slot: Lane<u32>,
-}
-
-/// What one facet does.
-#[derive(Debug, Clone, Copy)]
-pub struct Glint {
-    pub wo: [f32; 3],
-    pub reflectance: f32,
-    /// Whether nothing can stand in the way of the reflected beam.
-    pub is_free: bool,
-    /// As [`Glints::locate`] found it.
-    pub slot: u32,
+    pub free: Vec<u32>,
+    /// Detectors of the slopes, as [`Glints::locate`] found them.
+    pub slot: Vec<u32>,
+    outlook: Vec<u32>,
 }
 
 /// Where the light of a ray comes from.
@@ -56,119 +35,148 @@ pub struct Light {
     pub turn: [f32; 2],
 }
 
-impl Default for Round {
-    fn default() -> Self {
-        let f = [0.0; ROUND];
-        let (rise, wi, clear, turn, slope, wo) = ([f; 2], [f; 3], [f; 4], [f; 2], [f; 2], [f; 3]);
-        Round { rise, wi, clear, turn, slope, wo, reflectance: f, free: [0; ROUND], slot: [0; ROUND] }
-    }
-}
-
-impl Round {
-    fn fill(&mut self, light: &Light) {
-        self.wi = light.wi.map(|x| [x; ROUND]);
-        self.turn = light.turn.map(|x| [x; ROUND]);
-    }
-}
-
 impl Default for Glints {
     fn default() -> Self {
-        Glints { level: Level::new(), n: 0, rounds: Vec::new(), common: None, rays: Vec::new() }
+        let none = Vec::new;
+        Glints {
+            level: Level::new(),
+            wi: [none(), none(), none()],
+            turn: [none(), none()],
+            slope: [none(), none()],
+            wo: [none(), none(), none()],
+            reflectance: none(),
+            free: Vec::new(),
+            slot: Vec::new(),
+            outlook: Vec::new(),
+        }
     }
 }
 
 impl Glints {
-    /// Takes all away. If the next rays all have one light, it need not be given with each.
-    pub fn clear(&mut self, common: Option<Light>) {
-        self.n = 0;
-        self.rays.clear();
-        self.common = common;
-        if let Some(light) = common {
-            self.rounds.iter_mut().for_each(|round| round.fill(&light));
+    /// Makes room for so many facets; their light is then to be written to `wi` and `turn`.
+    pub fn reserve(&mut self, n: usize) {
+        if self.free.len() >= n + WIDTH {
+            return;
+        }
+        let Glints { level: _, wi, turn, slope, wo, reflectance, free, slot, outlook } = self;
+        wi.iter_mut().chain(turn).chain(slope).chain(wo).for_each(|column| make_room(column, n));
+        make_room(reflectance, n);
+        [free, slot, outlook].into_iter().for_each(|column| make_room(column, n));
+    }
+
+    /// One light for so many facets.
+    pub fn light_all(&mut self, light: &Light, n: usize) {
+        self.reserve(n);
+        for (column, x) in self.wi.iter_mut().chain(&mut self.turn).zip(light.wi.iter().chain(&light.turn)) {
+            column[..n].fill(*x);
         }
     }
 
-    /// Adds ray `number` which met a facet of a block with these `HeightField::clear_sines`; `light` is where it comes from.
+    /// The light of facet `k`.
     #[inline]
-    pub fn push(&mut self, number: u32, light: &Light, struck: Struck, clear: &[f32; 4]) {
-        let k = self.n % ROUND;
-        if self.n / ROUND == self.rounds.len() {
-            self.rounds.push(Round::default());
-            if let Some(light) = &self.common {
-                self.rounds[self.n / ROUND].fill(light);
-            }
+    pub fn light(&mut self, k: usize, light: &Light) {
+        for (column, x) in self.wi.iter_mut().chain(&mut self.turn).zip(light.wi.iter().chain(&light.turn)) {
+            column[k] = *x;
         }
-        let round = &mut self.rounds[self.n / ROUND];
-        self.n += 1;
-        for axis in 0..2 {
-            round.rise[axis][k] = struck.rise[axis];
-        }
-        if self.common.is_none() {
-            for axis in 0..2 {
-                round.turn[axis][k] = light.turn[axis];
-            }
-            for axis in 0..3 {
-                round.wi[axis][k] = light.wi[axis];
-            }
-        }
-        for quadrant in 0..4 {
-            round.clear[quadrant][k] = clear[quadrant];
-        }
-        self.rays.push((number, struck));
     }
 
     /// Works out all facets.
-    pub fn shine(&mut self, per_pitch: [f32; 2], material: &Material) {
+    pub fn shine(&mut self, field: &HeightField, hits: &Hits, material: &Material) {
+        let map = field.map();
+        let per_pitch = [map.pitch_x, map.pitch_y].map(|p| (1.0 / p) as f32);
         let level = self.level;
-        for round in &mut self.rounds[..self.n.div_ceil(ROUND)] {
-            match *material {
-                Material::Mirror => dispatch!(level, simd => shine(simd, per_pitch, Mirror, round)),
-                Material::Dielectric { n } => {
-                    dispatch!(level, simd => shine(simd, per_pitch, Dielectric(n as f32), round));
-                }
-                Material::Conductor { n, k } => {
-                    dispatch!(level, simd => shine(simd, per_pitch, Conductor(n as f32, k as f32), round));
-                }
+        match *material {
+            Material::Mirror => dispatch!(level, simd => shine(simd, per_pitch, Mirror, hits, self)),
+            Material::Dielectric { n } => {
+                dispatch!(level, simd => shine(simd, per_pitch, Dielectric(n as f32), hits, self));
             }
+            Material::Conductor { n, k } => {
+                dispatch!(level, simd => shine(simd, per_pitch, Conductor(n as f32, k as f32), hits, self));
+            }
+        }
+        let blocks = slopes::cells(map).0.div_ceil(crate::facets::blocks::SIDE);
+        dispatch!(level, simd => find_outlooks(simd, blocks as u32, hits, self));
+        let sines = field.clear_sine_table();
+        let (outlooks, up, free) = (&self.outlook[..hits.n], &self.wo[2][..hits.n], &mut self.free[..hits.n]);
+        for k in 0..hits.n {
+            free[k] = u32::from(up[k] >= sines[outlooks[k] as usize]);
         }
     }
 
     /// Finds the slots of all facets among half-vector cells; behind them lies the one of the specular core.
-    pub fn locate(&mut self, at: &CellLanes, cells: usize) {
+    pub fn locate(&mut self, n: usize, at: &CellLanes, cells: usize) {
         let (level, behind) = (self.level, cells as u32);
-        for Round { slope: [p, q], slot, .. } in &mut self.rounds[..self.n.div_ceil(ROUND)] {
-            dispatch!(level, simd => slots(simd, p, q, |p, q| at.locate(p, q), behind, slot));
-        }
+        let Glints { slope: [p, q], slot, .. } = self;
+        dispatch!(level, simd => slots(simd, &p[..n], &q[..n], |p, q| at.locate(p, q), behind, &mut slot[..n]));
     }
 
-    /// What facet number `k` does.
-    #[inline]
-    pub fn get(&self, k: usize) -> Glint {
-        let (round, k) = (&self.rounds[k / ROUND], k % ROUND);
-        Glint {
-            wo: [round.wo[0][k], round.wo[1][k], round.wo[2][k]],
-            reflectance: round.reflectance[k],
-            is_free: round.free[k] == 1,
-            slot: round.slot[k],
-        }
+    /// Adds the beams that may meet something to `starts`, with the numbers of their rays.
+    pub fn go_on(&self, hits: &Hits, starts: &mut Starts) {
+        starts.reserve(hits.n);
+        dispatch!(self.level, simd => go_on(simd, self, hits, starts));
     }
 }
 
 #[simd]
-fn shine<S: Simd, R: Reflect>(_: S, [px, py]: [f32; 2], reflect: R, round: &mut Round) {
-    for i in 0..ROUND {
+fn shine<S: Simd, R: Reflect>(_: S, [px, py]: [f32; 2], reflect: R, hits: &Hits, glints: &mut Glints) {
+    let n = hits.n;
+    let Glints { wi, turn, slope, wo, reflectance, .. } = glints;
+    let [gu, gv] = hits.rise.each_ref().map(|x| &x[..n]);
+    let [wx, wy, wz] = wi.each_ref().map(|x| &x[..n]);
+    let [cos, sin] = turn.each_ref().map(|x| &x[..n]);
+    let [slope_p, slope_q] = slope.each_mut().map(|x| &mut x[..n]);
+    let [ox, oy, oz] = wo.each_mut().map(|x| &mut x[..n]);
+    let reflectance = &mut reflectance[..n];
+    for i in 0..n {
         // Rows grow against y.
-        let (p, q) = (round.rise[0][i] * px, -round.rise[1][i] * py);
-        let glance = Glance::new([round.wi[0][i], round.wi[1][i], round.wi[2][i]], p, q);
-        let [x, y, z] = glance.wo;
-        let [c0, c1, c2, c3] = [round.clear[0][i], round.clear[1][i], round.clear[2][i], round.clear[3][i]];
-        let [cos, sin] = [round.turn[0][i], round.turn[1][i]];
-        round.slope[0][i] = cos * p + sin * q;
-        round.slope[1][i] = cos * q - sin * p;
-        round.wo[0][i] = x;
-        round.wo[1][i] = y;
-        round.wo[2][i] = z;
-        round.reflectance[i] = reflect.at(glance.cos_beta);
-        round.free[i] = u32::from(z >= clear_towards(x, y, [c0, c1, c2, c3]));
+        let (p, q) = (gu[i] * px, -gv[i] * py);
+        let glance = Glance::new([wx[i], wy[i], wz[i]], p, q);
+        slope_p[i] = cos[i] * p + sin[i] * q;
+        slope_q[i] = cos[i] * q - sin[i] * p;
+        [ox[i], oy[i], oz[i]] = glance.wo;
+        reflectance[i] = reflect.at(glance.cos_beta);
+    }
+}
+
+/// Numbers of what may stand in the way of the reflected beams.
+#[simd]
+fn find_outlooks<S: Simd>(simd: S, blocks: u32, hits: &Hits, glints: &mut Glints) {
+    for from in (0..hits.n).step_by(WIDTH) {
+        let to = from + WIDTH;
+        let cell = hits.cell.each_ref().map(|x| u32x16::from_slice(simd, &x[from..to]));
+        let flat = [0, 1].map(|k| f32x16::from_slice(simd, &glints.wo[k][from..to]));
+        quadrant_numbers(simd, blocks, cell, flat).store_slice(&mut glints.outlook[from..to]);
+    }
+}
+
+#[simd]
+fn go_on<S: Simd>(simd: S, glints: &Glints, hits: &Hits, starts: &mut Starts) {
+    for from in (0..hits.n).step_by(WIDTH) {
+        let to = from + WIDTH;
+        let word = |x: &[u32]| u32x16::from_slice(simd, &x[from..to]);
+        let held = word(&glints.free).simd_eq(0).to_bitmask() & live(hits.n, from);
+        if held == 0 {
+            continue;
+        }
+        let mask = mask32x16::from_bitmask(simd, held);
+        let at = starts.n;
+        let put = |x: u32x16<S>, column: &mut [u32]| {
+            simd.compress_u32x16(x, mask).store_slice(&mut column[at..at + WIDTH]);
+        };
+        let put_real = |x: &[f32], column: &mut [f32]| {
+            let packed = simd.compress_f32x16(f32x16::from_slice(simd, &x[from..to]), mask);
+            packed.store_slice(&mut column[at..at + WIDTH]);
+        };
+        put(word(&hits.id), &mut starts.id);
+        put(word(&hits.upper) + 1, &mut starts.own);
+        for axis in 0..2 {
+            put(word(&hits.cell[axis]), &mut starts.cell[axis]);
+            put_real(&hits.at[axis], &mut starts.at[axis]);
+        }
+        put_real(&hits.z, &mut starts.z);
+        for axis in 0..3 {
+            put_real(&glints.wo[axis], &mut starts.direction[axis]);
+        }
+        starts.n += held.count_ones() as usize;
     }
 }

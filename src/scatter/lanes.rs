@@ -47,8 +47,8 @@ pub struct Ground<'a> {
     pub seen: &'a [Seen; RUN],
 }
 
-/// Open questions about a facet, as bytes for the lanes.
-pub type Doubt = u8;
+/// Open questions about a facet, as words for the lanes.
+pub type Doubt = u32;
 /// Nothing is open.
 pub const NONE: Doubt = 0;
 /// It is lit, but its beam may be blocked.
@@ -69,6 +69,9 @@ pub struct Lanes {
     pub shadow: [u32; RUN],
     /// What is still open about each facet.
     pub doubt: [Doubt; RUN],
+    /// Mirror direction in the frame of the map, and height of the centroid \[m\].
+    pub wo: [[f32; RUN]; 3],
+    pub z: [f32; RUN],
     /// Half-vector cell of the slope; [`Lanes::FLAT`] and [`Lanes::MISSING`] slots lie behind the last cell.
     pub slot: [u32; RUN],
 }
@@ -82,6 +85,8 @@ impl Default for Lanes {
             energy: [0; RUN],
             shadow: [0; RUN],
             doubt: [NONE; RUN],
+            wo: [[0.0; RUN]; 3],
+            z: [0.0; RUN],
             slot: [0; RUN],
         }
     }
@@ -237,6 +242,10 @@ fn shine<S: Simd, R: Reflect, const UPPER: bool>(_: S, light: &Light, ground: &G
         lanes.energy[i] = steps(weight * reflect.at(cos_beta));
         lanes.shadow[i] = steps(shadow);
         lanes.doubt[i] = doubt;
+        lanes.wo[0][i] = x;
+        lanes.wo[1][i] = y;
+        lanes.wo[2][i] = z;
+        lanes.z[i] = (a + d + if UPPER { b } else { c }) * (1.0 / 3.0);
     }
 }
 
@@ -290,13 +299,17 @@ mod tests {
                     assert!(close(lanes.weight[k], weight * is(row_sight::YES)));
                     assert!(close(lanes.energy[k], energy * is(row_sight::YES)));
                     assert!(close(lanes.shadow[k], weight * is(row_sight::NO)));
+                    let third = if upper { corners[1] } else { corners[2] };
+                    assert!((f64::from(lanes.z[k]) - (corners[0] + corners[3] + third) / 3.0).abs() < 1e-12);
+                    let wo = glam::Vec3::from_array(lanes.wo.map(|x| x[k])).as_dvec3();
+                    assert!(f.is_none_or(|f| (wo - f.wo).length() < 1e-6));
                     let doubt = match f {
                         Some(_) if seen[k] == row_sight::UNKNOWN => ALL,
                         Some(f) if seen[k] == row_sight::YES && f.wo.z < 0.2 => EXIT,
                         _ => NONE,
                     };
                     assert_eq!(lanes.doubt[k], doubt);
-                    count[usize::from(doubt)] += 1;
+                    count[doubt as usize] += 1;
                     count[3] += usize::from(f.is_none());
                 }
             }

@@ -12,6 +12,7 @@ mod count_wave;
 pub mod decision;
 pub mod detectors;
 pub mod doubts;
+pub mod exits;
 pub mod facet_sum;
 pub mod facing;
 pub mod flights;

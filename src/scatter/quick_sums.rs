@@ -44,13 +44,18 @@ impl QuickSums {
         }
     }
 
-    /// Adds the facets of a run.
-    pub fn add(&mut self, lanes: &Lanes) {
-        self.facets += RUN;
+    /// Makes room for so many facets or rays that are to be added next.
+    pub fn make_room(&mut self, n: usize) {
+        self.facets += n;
         if self.facets > FULL {
             self.pour();
-            self.facets = RUN;
+            self.facets = n;
         }
+    }
+
+    /// Adds the facets of a run.
+    pub fn add(&mut self, lanes: &Lanes) {
+        self.make_room(RUN);
         for k in 0..RUN {
             let (weight, energy) = (lanes.weight[k], u64::from(lanes.energy[k]));
             let root = energy >> (STEP_BITS - SQUARE_BITS);
@@ -86,14 +91,9 @@ impl QuickSums {
         self.weight += u64::from(weight);
     }
 
-    /// Adds a ray of weight 1 and the share of its energy that is left after so many bounces.
+    /// Adds a ray of weight 1, for which there is room, and the share of its energy that is left after so many bounces.
     #[inline]
     pub fn add_ray(&mut self, bounces: u32, slot: u32, energy: f32) {
-        self.facets += 1;
-        if self.facets > FULL {
-            self.pour();
-            self.facets = 1;
-        }
         self.add_beam(bounces, slot, [1 << STEP_BITS, steps(energy)]);
     }
 

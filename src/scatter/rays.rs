@@ -3,26 +3,29 @@
 use super::accumulator::{Accumulator, at_desks};
 use super::beam::Beam;
 use super::bounce::{Arrival, Departure, Walk};
-use super::cascade::{Cascade, Freed};
+use super::cascade::Cascade;
 use super::cells::{CellLanes, HalfVectorCells};
 use super::detectors::Detectors;
+use super::exits::{Beam as Exit, Exits};
 use super::facet_sum::{Azimuth, turned_back};
 use super::flights::Flights;
-use super::glints::{self, Glint, Glints};
+use super::glints::{self, Glints};
 use super::quick_sums::QuickSums;
 use super::selection::Selection;
 use super::tally::CORE_SLOPE;
 use crate::facets::Strides;
-use crate::facets::packet::{End, Start};
+use crate::facets::ends::Ends;
+use crate::facets::starts::Starts;
 use crate::math::direction;
 use crate::math::random::{CounterRng, LANES};
+use fearless_simd::Level;
 use glam::DVec3;
 
 /// Rays per task.
 const BATCH: u64 = 1 << 14;
 
 /// Rays followed together.
-const TOGETHER: usize = 512;
+const TOGETHER: usize = 2048;
 
 /// `E_k = (1/N) sum of w_j over the rays that end in k`, `w_j` the product of R(beta) over the bounces of ray j
 /// (physics of Westlund, Meyer and Hunt 2002, section 4.2.1).
@@ -55,13 +58,14 @@ pub fn trace_rays<D: Detectors + ?Sized>(
                 aims.clear();
                 lights.clear();
                 for some in (from..(from + TOGETHER as u64).min(all.end)).step_by(LANES) {
-                    for (ray, [a, b, c, _]) in (some..all.end).zip(CounterRng::fours(seed, 1, some)) {
+                    let [a, b, c, _] = CounterRng::fours(seed, 1, some);
+                    for (k, ray) in (some..all.end.min(some + LANES as u64)).enumerate() {
                         if ray == row.end {
                             row = patches.row_of(ray);
                         }
-                        aims.push(patches.point(&row, ray, [a, b]));
+                        aims.push(patches.point(&row, ray, [a[k], b[k]]));
                         if azimuth == Azimuth::Averaged {
-                            lights.push(light(c));
+                            lights.push(light(c[k]));
                         }
                     }
                 }
@@ -79,9 +83,8 @@ pub struct Light<'a> {
     /// Turn into the frame of the detectors, and the direction to the source in it.
     turn: f64,
     local: DVec3,
-    /// The same for lanes, and the way of its rays.
+    /// The same for lanes.
     lanes: glints::Light,
-    down: [f32; 3],
 }
 
 impl<'a> Light<'a> {
@@ -93,7 +96,6 @@ impl<'a> Light<'a> {
             turn,
             local: direction(theta_i, phi - turn),
             lanes: glints::Light { wi: wi.to_array().map(|x| x as f32), turn: [turn.cos() as f32, turn.sin() as f32] },
-            down: wi.to_array().map(|x| -x as f32),
         }
     }
 }
@@ -103,9 +105,13 @@ pub struct Shower<'w, D: Detectors + ?Sized> {
     walk: &'w Walk<'w>,
     detectors: &'w D,
     cells: Option<CellLanes>,
+    level: Level,
+    starts: Starts,
     strides: Strides,
+    ends: Ends,
     glints: Glints,
     cascade: Cascade,
+    exits: Exits,
     flights: Flights<'w>,
     slow: Accumulator,
     fast: QuickSums,
@@ -118,7 +124,11 @@ impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
             walk,
             detectors,
             cells: detectors.slope_cells().map(HalfVectorCells::lanes),
+            level: Level::new(),
+            starts: Starts::default(),
             strides: Strides::default(),
+            ends: Ends::default(),
+            exits: Exits::default(),
             glints: Glints::default(),
             cascade: Cascade::default(),
             flights: Flights::new(walk),
@@ -137,59 +147,66 @@ impl<'w, D: Detectors + ?Sized> Shower<'w, D> {
     /// Where a ray meets the surface, what the facet does with it and whether its beam is free is worked out side by side in f32;
     /// what f32 cannot tell, and what meets the surface again, in f64.
     pub fn fall(&mut self, lights: &[Light], aims: &[[f64; 2]]) {
-        let Shower { walk, detectors, cells, strides, glints, cascade, flights, slow, fast } = self;
+        let Shower {
+            walk,
+            detectors,
+            cells,
+            level,
+            starts,
+            strides,
+            ends,
+            glints,
+            cascade,
+            exits,
+            flights,
+            slow,
+            fast,
+        } = self;
         let field = walk.field;
-        let (map, [_, top]) = (field.map(), field.height_range());
         let light = |k: u32| &lights[if lights.len() == 1 { 0 } else { k as usize }];
-        let (mut strange, mut unsure) = (Vec::new(), Vec::new());
-        let starts = aims.iter().zip(0..).filter_map(|(&u, id)| {
-            let beam = &light(id).beam;
-            let Some(start) = beam.start(beam.aim(u)) else {
-                strange.push(id);
-                return None;
-            };
-            let cell = start.map(|x| x as u32);
-            let at = [(start[0] - f64::from(cell[0])) as f32, (start[1] - f64::from(cell[1])) as f32];
-            Some(Start { id, cell, own: 0, at, z: top as f32, direction: light(id).down, end: f32::INFINITY })
-        });
-        glints.clear((lights.len() == 1).then_some(lights[0].lanes));
-        strides.follow(field, starts, |id, end| match end {
-            End::Hit(struck) if light(id).beam.lights(struck.cell) => {
-                glints.push(id, &light(id).lanes, struck, field.clear_sines(struck.cell));
+        starts.n = 0;
+        if let [light] = lights {
+            light.beam.start(*level, aims, starts);
+        } else {
+            aims.iter().zip(lights).for_each(|(aim, light)| light.beam.start(*level, &[*aim], starts));
+        }
+        ends.clear();
+        strides.follow(field, starts, ends);
+        let mut unsure: Vec<u32> = ends.unsure.iter().map(|(id, _)| *id).collect();
+        let hits = &mut ends.hits;
+        if lights.iter().any(|light| light.beam.is_part()) {
+            hits.retain(|hits, k| light(hits.id[k]).beam.lights([0, 1].map(|axis| hits.cell[axis][k] as usize)));
+        }
+        if let [light] = lights {
+            glints.light_all(&light.lanes, hits.n);
+        } else {
+            glints.reserve(hits.n);
+            for (k, &id) in hits.id[..hits.n].iter().enumerate() {
+                glints.light(k, &light(id).lanes);
             }
-            End::Hit(_) => {}
-            End::Free | End::Unsure(_) => unsure.push(id),
-        });
-        glints.shine([map.pitch_x, map.pitch_y].map(|p| (1.0 / p) as f32), &walk.material);
+        }
+        glints.shine(field, hits, &walk.material);
         if let Some(cells) = cells {
-            glints.locate(cells, detectors.len());
+            glints.locate(hits.n, cells, detectors.len());
         }
-        let index = |id: u32, beam: &Freed| {
+        let ids = hits.id[..hits.n].to_vec();
+        cascade.begin(hits, glints);
+        cascade.land(walk);
+        fast.make_room(cascade.n);
+        for (k, id) in ids.into_iter().enumerate() {
             let Light { local, lanes, .. } = light(id);
-            beam.detector(*detectors, cells.as_ref(), *local, lanes.turn)
-        };
-        let slot = |id: u32, glint: &Glint| match cells {
-            Some(_) => glint.slot,
-            None => index(id, &Freed { bounces: 1, wo: glint.wo, energy: glint.reflectance }),
-        };
-        for (k, (id, struck)) in glints.rays.iter().enumerate() {
-            let glint = glints.get(k);
-            if glint.is_free || !cascade.push(walk, k as u32, struck, glint.wo, glint.reflectance) {
-                fast.add_ray(1, slot(*id, &glint), glint.reflectance);
+            let (bounces, energy) = (cascade.bounces[k], cascade.energy[k]);
+            if bounces == 1 && cells.is_some() {
+                fast.add_ray(1, glints.slot[k], energy);
+            } else if bounces > 0 {
+                let wo = cascade.direction.each_ref().map(|x| x[k]);
+                exits.push(Exit { bounces, weight: 1, energy }, wo, *local, lanes.turn);
+            } else {
+                unsure.push(id);
             }
         }
-        cascade.land(walk, |k, freed| {
-            let (id, _) = glints.rays[k as usize];
-            match freed {
-                Some(beam) if beam.bounces == 1 => {
-                    fast.add_ray(1, slot(id, &glints.get(k as usize)), beam.energy);
-                }
-                Some(beam) => fast.add_ray(beam.bounces, index(id, &beam), beam.energy),
-                None => unsure.push(id),
-            }
-        });
-        let strange = strange.iter().chain(&unsure);
-        let others = strange.filter_map(|&id| Some((id, light(id).beam.strike(aims[id as usize])?)));
+        exits.leave(*detectors, cells.as_ref(), |beam, slot| fast.add_ray(beam.bounces, slot, beam.energy));
+        let others = unsure.iter().filter_map(|&id| Some((id, light(id).beam.strike(aims[id as usize])?)));
         let arrivals: Vec<(u32, Arrival)> = others.collect();
         for (k, (_, arrival)) in arrivals.iter().enumerate() {
             flights.start(k as u32, *arrival);
