@@ -61,24 +61,27 @@ impl Exact {
 fn over_detector(b: Bounds, wi: DVec3, alpha: f64, exact: &Exact) -> [f64; 2] {
     const N: usize = 12;
     let mut sums = [0.0; 2];
+    let mut weights = 0.0;
+    let cosines = b.theta.map(f64::cos);
     for i in 0..N {
-        // Midpoints of equal projected solid angle.
-        let sine2 = b.theta.map(|t| t.sin().powi(2));
-        let theta_r = (sine2[0] + (i as f64 + 0.5) / N as f64 * (sine2[1] - sine2[0])).sqrt().asin();
+        // Even steps of the cosine: what the detector sees, `f_r cos_theta`, is smooth in it down to the horizon, where even
+        // steps of projected solid angle leave out up to 2 %.
+        let cosine = cosines[1] + (i as f64 + 0.5) / N as f64 * (cosines[0] - cosines[1]);
+        let theta_r = cosine.acos();
         for j in 0..N {
             let phi_r = b.phi[0] + (j as f64 + 0.5) / N as f64 * (b.phi[1] - b.phi[0]);
-            let f = formula(wi, direction(theta_r, phi_r), alpha) / (N * N) as f64;
+            let f = formula(wi, direction(theta_r, phi_r), alpha) * cosine;
             sums = [sums[0] + f, sums[1] + f * exact.at(theta_r)];
+            weights += cosine;
         }
     }
-    sums
+    sums.map(|sum| sum / weights)
 }
 
-/// Every detector within 2 % of the lobe's peak, in the plane of incidence beyond the error of Smith's formula itself.
+/// Every detector within 2 % of the lobe's peak of Smith's formula, and in the plane of incidence within 1 % of the profile.
 ///
-/// Smith takes heights of neighbours for independent. At alpha 0.3 its error alone is 2.0 % of the peak where light from 45 deg
-/// leaves about 75 deg in the plane of incidence, and 1.2 % from 60 deg, as the profile shows without any map (Bourlier, Saillard and Berginc, IEEE Trans. Antennas
-/// Propag. 48, 437, 2000, on what the correlation of neighbours does to it).
+/// Smith takes heights of neighbours for independent, which costs the formula itself up to 1.9 % of the peak at alpha 0.3 (Bourlier,
+/// Saillard and Berginc, IEEE Trans. Antennas Propag., 2000, quantify what the correlation of neighbours does to it).
 #[test]
 fn gaussian_surfaces_follow_the_microfacet_formula() {
     let mut maps: Vec<HeightMap> = (0..MAPS).map(|seed| gaussian(768, 8.0, 0.1, 60 + seed)).collect();
@@ -103,10 +106,9 @@ fn gaussian_surfaces_follow_the_microfacet_formula() {
                 })
                 .collect();
             let exact = Exact::new(&profile, alpha, theta_i.to_radians());
-            let (mut peak, mut noise) = (0.0f64, 0.0f64);
-            // From Smith beyond what is Smith's own error, and from Smith.
+            let (mut peak, mut noise, mut smiths_own) = (0.0f64, 0.0f64, 0.0f64);
+            // From Smith, and in the plane of incidence from the profile: how far, and at which exit.
             let mut worst = [(0.0f64, 0.0, 0.0); 2];
-            let mut from_profile = 0.0f64;
             for k in 0..count {
                 let b = detectors.bounds(k);
                 // Both sides of the plane of incidence are alike.
@@ -116,34 +118,36 @@ fn gaussian_surfaces_follow_the_microfacet_formula() {
                 let values: Vec<f64> = per_map.iter().map(|m| 0.5 * (m[k] + m[twin]) / omega).collect();
                 let measured = Estimate::from_repeats(&values);
                 let [smith, profile] = over_detector(b, wi, alpha, &exact);
-                let in_plane = b.phi[0] < PI && PI < b.phi[1] && b.phi[1] - b.phi[0] < PI;
                 peak = peak.max(smith);
                 noise = noise.max(measured.standard_error);
                 let at = (middle.z.acos().to_degrees(), asperity::math::frame::phi(middle).to_degrees());
-                let smiths_own = if in_plane { (profile - smith).abs() } else { 0.0 };
-                let off = measured.value - smith;
-                for (worst, off) in worst.iter_mut().zip([(off.abs() - smiths_own).max(0.0), off]) {
+                let in_plane = b.phi[0] < PI && PI < b.phi[1] && b.phi[1] - b.phi[0] < PI;
+                for (worst, known) in worst.iter_mut().zip([Some(smith), in_plane.then_some(profile)]) {
+                    let off = known.map_or(0.0, |known| measured.value - known);
                     if off.abs() > worst.0.abs() {
                         *worst = (off, at.0, at.1);
                     }
                 }
                 if in_plane {
-                    from_profile = from_profile.max((measured.value - profile).abs());
+                    smiths_own = smiths_own.max((profile - smith).abs());
                 }
             }
-            let [here, smith] = worst.map(|(off, theta_r, phi_r)| {
+            let [smith, from_profile] = worst.map(|(off, theta_r, phi_r)| {
                 format!("{:.2} % at theta_r {theta_r:.1}, phi_r {phi_r:.1} deg", 100.0 * off / peak)
             });
             println!(
-                "alpha {alpha} at {theta_i} deg: peak {peak:.4} /sr, largest deviation {here} (from Smith {smith}; in the \
-                 plane from the profile {:.2} %); map-to-map error up to {:.2} %",
-                100.0 * from_profile / peak,
+                "alpha {alpha} at {theta_i} deg: peak {peak:.4} /sr, largest deviation from Smith {smith}, in the plane from the \
+                 profile {from_profile}; profile from Smith {:.2} %; map-to-map error up to {:.2} %",
+                100.0 * smiths_own / peak,
                 100.0 * noise / peak
             );
-            deviations.push((worst[0].0.abs() / peak, format!("alpha {alpha} at {theta_i} deg")));
+            for (worst, (of, most)) in worst.iter().zip([("Smith", 0.02), ("the profile", 0.01)]) {
+                let share = worst.0.abs() / peak;
+                deviations.push((share, most, format!("alpha {alpha} at {theta_i} deg from {of}")));
+            }
         }
     }
-    for (share, what) in deviations {
-        assert!(share < 0.02, "{what}: {share} of the peak");
+    for (share, most, what) in deviations {
+        assert!(share < most, "{what}: {share} of the peak");
     }
 }

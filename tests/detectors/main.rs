@@ -7,6 +7,7 @@ mod klems;
 mod limits;
 mod partitions;
 mod parts;
+mod plain_tracer;
 mod profile;
 #[path = "../reference/mod.rs"]
 mod reference;
