@@ -75,6 +75,13 @@ fn scattering(c: &mut Criterion) {
         g.bench_with_input(BenchmarkId::from_parameter(format!("{degrees} deg")), &theta_i, |b, &theta_i| {
             b.iter(|| facet_sum(&walk, &cells, theta_i, Azimuth::Fixed(0.0), &Selection::default()));
         });
+        g.bench_with_input(
+            BenchmarkId::from_parameter(format!("{degrees} deg, all azimuths")),
+            &theta_i,
+            |b, &theta_i| {
+                b.iter(|| facet_sum(&walk, &cells, theta_i, Azimuth::Averaged, &Selection::default()));
+            },
+        );
     }
     g.finish();
     let rays = 1 << 20;

@@ -97,6 +97,16 @@ pub fn share(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("`{text}` is not between 0 and 1; before a file name write it out, such as --fill=0.05"))
 }
 
+/// A percentage with its sign, from 0 % to below 100 %.
+pub fn percentage(text: &str) -> Result<f64, String> {
+    text.trim()
+        .strip_suffix('%')
+        .and_then(|number| number.trim().parse::<f64>().ok())
+        .filter(|v| (0.0..100.0).contains(v))
+        .map(|v| v / 100.0)
+        .ok_or_else(|| format!("`{text}` is not a percentage below 100 %; write it with its sign, such as 2%"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

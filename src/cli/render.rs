@@ -55,8 +55,8 @@ pub struct Quality {
     /// Paths per pixel, or the most of them with --error
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Stop each block of pixels when its error is this share of its radiance, such as 2%
-    #[arg(long, value_parser = share)]
+    /// Stop each block of pixels when its error is this share of its radiance, such as 2%; 0% gives every pixel all paths
+    #[arg(long, value_parser = super::quantity::percentage)]
     error: Option<f64>,
     /// Longest path in straight pieces: 1 shows lamps only, 2 direct light, 3 one reflection of it
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
@@ -82,21 +82,13 @@ impl Quality {
             width: self.width.or(file.width),
             height: self.height.or(file.height),
             samples: self.spp.or(file.samples),
-            error: self.error.or(file.error),
+            error: self.error.or(file.error).filter(|e| *e > 0.0),
             depth: self.depth.or(file.depth),
             seed: self.seed.or(file.seed),
             exposure: self.exposure.or(file.exposure),
             estimator: self.estimator.or(file.estimator),
         })
     }
-}
-
-fn share(text: &str) -> std::result::Result<f64, String> {
-    let number = text.trim().trim_end_matches('%').trim().parse::<f64>().ok();
-    number
-        .filter(|e| *e > 0.0 && *e < 100.0)
-        .map(|e| e / 100.0)
-        .ok_or_else(|| "write a percentage such as 2%".to_owned())
 }
 
 fn pixel(text: &str) -> std::result::Result<[usize; 2], String> {
@@ -184,7 +176,13 @@ fn built_in(a: &Arguments, name: &str, json: bool) -> anyhow::Result<()> {
         let advice = "figures take --width, --spp, --error, --seed and --exposure";
         return Err(Error::parameter(format!("{flag} cannot change {name}, which has its own"), advice).into());
     }
-    let settings = Settings { width: q.width, samples: q.spp, error: q.error, seed: q.seed, exposure: q.exposure };
+    let settings = Settings {
+        width: q.width,
+        samples: q.spp,
+        error: q.error.filter(|e| *e > 0.0),
+        seed: q.seed,
+        exposure: q.exposure,
+    };
     if settings.width.is_some_and(|w| !(16..=16384).contains(&w)) {
         return Err(Error::parameter("a figure is from 16 to 16384 pixels wide", "try --width 960").into());
     }

@@ -37,9 +37,12 @@ pub struct Arguments {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Picture")]
 pub struct Look {
-    /// Paths per pixel of the picture
+    /// Most paths per pixel of the picture
     #[arg(long, default_value_t = TilesOptions::default().samples_per_pixel, value_parser = clap::value_parser!(u32).range(1..))]
     spp: u32,
+    /// Stop each block of pixels when its error is this share of its radiance; 0% gives every pixel all paths
+    #[arg(long, default_value = "2%", value_parser = super::quantity::percentage)]
+    error: f64,
     /// Width of one tile in pixels, 64 to 2048
     #[arg(long, default_value_t = 240, value_parser = clap::value_parser!(u16).range(64..=2048))]
     tile_width: u16,
@@ -62,6 +65,7 @@ impl Look {
         }
         Ok(TilesOptions {
             samples_per_pixel: self.spp,
+            error: (self.error > 0.0).then_some(self.error),
             panel_width: usize::from(self.tile_width),
             tiles_per_row: usize::from(self.per_row),
             backdrop: Backdrop::NAMES.iter().find(|(n, _)| *n == self.pattern).map_or(Backdrop::Chart, |(_, b)| *b),

@@ -28,25 +28,32 @@ const CLOSE: f64 = 1e-6;
 /// All facets of a kind have the same place in their cell, so their ways cross the edges of the mesh at the same offsets and in
 /// the same proportion: for a run of facets each crossing is two stretches of neighbouring heights.
 pub struct RowSight {
-    /// By distance.
-    crossings: Vec<Crossing>,
     upper: bool,
     quadrant: usize,
     ascent: Ascent,
+    climb: f64,
+    /// Place in the cell, and samples along the columns and the rows per length over the mean plane.
+    at: [f64; 2],
+    rate: [f64; 2],
     farthest: f64,
 }
 
-/// Where the ways cross an edge between two vertices.
-struct Crossing {
-    /// Distance over the mean plane \[m\], and how much higher the way is there.
-    distance: f64,
-    rise: f32,
-    /// Offsets of the two vertices from the corner of the facet's cell: rows and columns.
-    rows: [i64; 2],
-    columns: [i64; 2],
-    /// How far along the edge.
-    share: f32,
+/// Crossings of one kind of edges that follow each other.
+struct Crossings {
+    /// Number of the first of them, and how many there are.
+    first: i32,
+    n: usize,
+    /// Where the edge begins: the whole part of the other place; how far along it, and how much higher the way is there.
+    whole: [i32; MOST],
+    share: [f32; MOST],
+    rise: [f32; MOST],
 }
+
+/// Most crossings of one kind of edges, all of them within `FARTHEST`.
+const MOST: usize = FARTHEST as usize + 16;
+
+/// Edges along the columns, along the rows and along the diagonals: rows and columns from the first to the second vertex.
+const STEPS: [[i32; 2]; 3] = [[1, 0], [0, 1], [1, 1]];
 
 impl RowSight {
     /// The way to `wi` from the facets above (`upper`) or below the diagonals.
@@ -54,34 +61,24 @@ impl RowSight {
         let map = field.map();
         let flat = wi.x.hypot(wi.y);
         let climb = wi.z / flat;
-        let (dx, dy) = (wi.x / (flat * map.pitch_x), -wi.y / (flat * map.pitch_y));
-        let (u, v) = if upper { (2.0 / 3.0, 1.0 / 3.0) } else { (1.0 / 3.0, 2.0 / 3.0) };
+        let rate = [wi.x / (flat * map.pitch_x), -wi.y / (flat * map.pitch_y)];
+        let at = if upper { [2.0 / 3.0, 1.0 / 3.0] } else { [1.0 / 3.0, 2.0 / 3.0] };
         let [lowest, highest] = field.height_range();
-        let farthest = (FARTHEST / (dx.abs() + dy.abs())).min((highest - lowest) / climb);
-        let mut crossings = Vec::new();
-        // Along `o + rate t`: the whole numbers passed.
-        let passed = |o: f64, rate: f64| {
-            let end = o + rate * farthest;
-            let (low, high) = (o.min(end).floor() as i64 + 1, o.max(end).ceil() as i64 - 1);
-            (low..=high).map(move |k| (k, (k as f64 - o) / rate))
-        };
-        let mut add = |t: f64, along: f64, edge: &dyn Fn(i64) -> ([i64; 2], [i64; 2])| {
-            let from = along.floor();
-            let (rows, columns) = edge(from as i64);
-            let (share, rise) = ((along - from) as f32, (climb * t) as f32);
-            crossings.push(Crossing { distance: t, rise, rows, columns, share });
-        };
-        for (k, t) in passed(u, dx) {
-            add(t, v + dy * t, &|row| ([row, row + 1], [k, k]));
-        }
-        for (k, t) in passed(v, dy) {
-            add(t, u + dx * t, &|column| ([k, k], [column, column + 1]));
-        }
-        for (k, t) in passed(u - v, dx - dy) {
-            add(t, u + dx * t, &|column| ([column - k, column - k + 1], [column, column + 1]));
-        }
-        crossings.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-        RowSight { crossings, upper, quadrant: quadrant(wi), ascent: Ascent::new(wi), farthest }
+        let farthest = (FARTHEST / (rate[0].abs() + rate[1].abs())).min((highest - lowest) / climb);
+        RowSight { upper, quadrant: quadrant(wi), ascent: Ascent::new(wi), climb, at, rate, farthest }
+    }
+
+    /// Crossings of one kind of edges between two distances.
+    fn cross(&self, level: Level, kind: usize, [near, far]: [f64; 2], crossings: &mut Crossings) {
+        let [[u, v], [dx, dy]] = [self.at, self.rate];
+        // What grows by one from edge to edge, and what then tells the place along the edge.
+        let (o, rate, along, drift) = [(u, dx, v, dy), (v, dy, u, dx), (u - v, dx - dy, u, dx)][kind];
+        let (a, b) = (o + rate * near, o + rate * far);
+        let (first, last) = (a.min(b).ceil() as i32, a.max(b).floor() as i32);
+        crossings.first = first;
+        crossings.n = (last + 1 - first).clamp(0, MOST as i32) as usize;
+        let (times, along) = ([o, 1.0 / rate], [along, drift]);
+        dispatch!(level, simd => cross(simd, times, along, self.climb, crossings));
     }
 
     /// Which of the facets of the cells `column..column + RUN` see the source, `top` and `bottom` being the vertices on either side of
@@ -93,7 +90,8 @@ impl RowSight {
         [column, row]: [usize; 2],
         [top, bottom]: [&[f32]; 2],
     ) -> [Seen; RUN] {
-        let [width, height] = [field.map().width(), field.map().height()];
+        let map = field.map();
+        let [width, height] = [map.width(), map.height()];
         let lanes = RUN.min(field.cells()[0] - column);
         let (mut z, mut lowest) = ([0.0; RUN], [0.0; RUN / SIDE]);
         dispatch!(level, simd => centroids(simd, top, bottom, self.upper, &mut z, &mut lowest));
@@ -104,56 +102,91 @@ impl RowSight {
                 (from, to) = (from.min(a), to.max(b));
             }
         }
+        if to == 0.0 {
+            return [YES; RUN];
+        }
         let mut seen = [UNKNOWN; RUN];
         if to > self.farthest {
             return seen;
         }
-        let first = self.crossings.partition_point(|c| c.distance < from);
-        let last = self.crossings.partition_point(|c| c.distance <= to).max(first);
-        let crossings = &self.crossings[first..last];
-        let map = field.map();
-        let inside = |offset: i64, of: usize, lanes: usize| offset >= 0 && offset + lanes as i64 <= of as i64;
-        let on_map = crossings.iter().all(|c| {
-            (0..2).all(|k| {
-                inside(row as i64 + c.rows[k], height, 1) && inside(column as i64 + c.columns[k], width, lanes)
-            })
-        });
-        let mut beyond = Vec::new();
-        let stretches: Vec<Stretch> = if on_map {
-            let start = |c: &Crossing, k: usize| {
-                ((row as i64 + c.rows[k]) * width as i64 + column as i64 + c.columns[k]) as usize
-            };
-            let stretch = |c: &Crossing| Stretch { starts: [start(c, 0), start(c, 1)], share: c.share, rise: c.rise };
-            crossings.iter().map(stretch).collect()
-        } else {
-            // A mirrored map has its diagonals the other way round there.
-            if map.edges == Edges::Mirrored {
-                return seen;
-            }
-            let stretch = |c: &Crossing| {
-                let starts = [0, 1].map(|k| {
-                    let start = beyond.len();
-                    extend_beyond(field, row as i64 + c.rows[k], column as i64 + c.columns[k], lanes, &mut beyond);
-                    start
-                });
-                if map.edges == Edges::Open {
-                    // What is only half on the map is no edge of it.
-                    let (a, b) = beyond[starts[0]..].split_at_mut(lanes);
-                    for (a, b) in a.iter_mut().zip(b) {
-                        if *a == NOTHING || *b == NOTHING {
-                            (*a, *b) = (NOTHING, NOTHING);
-                        }
-                    }
-                }
-                Stretch { starts, share: c.share, rise: c.rise }
-            };
-            crossings.iter().map(stretch).collect()
+        // Whether the ways stay on the map, with a vertex to spare.
+        let ends = |axis: usize| {
+            let end = self.at[axis] + self.rate[axis] * to;
+            [end.min(0.0).floor() as i64 - 1, end.max(1.0).ceil() as i64 + 1]
         };
+        let ([left, right], [up, down]) = (ends(0), ends(1));
+        let on_map = row as i64 + up >= 0
+            && row as i64 + down < height as i64
+            && column as i64 + left >= 0
+            && column as i64 + right + lanes as i64 <= width as i64;
+        // A mirrored map has its diagonals the other way round there.
+        if !on_map && map.edges == Edges::Mirrored {
+            return seen;
+        }
+        let (mut beyond, mut stretches) = (Vec::new(), Vec::with_capacity(MOST));
+        let mut crossings = Crossings { first: 0, n: 0, whole: [0; MOST], share: [0.0; MOST], rise: [0.0; MOST] };
+        for (kind, [down, across]) in STEPS.into_iter().enumerate() {
+            self.cross(level, kind, [from, to], &mut crossings);
+            let Crossings { first, n, whole, share, rise } = &crossings;
+            let places = (*first..).zip(&whole[..*n]).map(|(number, &whole)| place(kind, number, whole));
+            let places = places.map(|[r, c]| [row as i64 + i64::from(r), column as i64 + i64::from(c)]);
+            for ([row, column], (&share, &rise)) in places.zip(share.iter().zip(rise)) {
+                let starts = if on_map {
+                    let first = (row * width as i64 + column) as usize;
+                    [first, first + down as usize * width + across as usize]
+                } else {
+                    let starts = [beyond.len(), beyond.len() + lanes];
+                    extend_beyond(field, row, column, lanes, &mut beyond);
+                    extend_beyond(field, row + i64::from(down), column + i64::from(across), lanes, &mut beyond);
+                    if map.edges == Edges::Open {
+                        forget_halves(beyond[starts[0]..].split_at_mut(lanes));
+                    }
+                    starts
+                };
+                stretches.push(Stretch { starts, share, rise });
+            }
+        }
         let range = field.height_range();
         let close = (CLOSE * (range[1] - range[0])) as f32;
         let heights = if on_map { &field.heights[..] } else { &beyond[..] };
         dispatch!(level, simd => look(simd, heights, &stretches, &z, close, lanes, &mut seen));
         seen
+    }
+}
+
+/// Row and column of an edge's first vertex from the corner of the facet's cell.
+#[inline(always)]
+fn place(kind: usize, number: i32, whole: i32) -> [i32; 2] {
+    match kind {
+        0 => [whole, number],
+        1 => [number, whole],
+        _ => [whole - number, whole],
+    }
+}
+
+/// 1.5 * 2^52, to whose last places whole numbers of either sign can be added as bits.
+const WHOLE: f64 = (3u64 << 51) as f64;
+
+#[simd]
+fn cross<S: Simd>(_: S, [o, per_rate]: [f64; 2], [start, drift]: [f64; 2], climb: f64, crossings: &mut Crossings) {
+    let (n, first) = (crossings.n, f64::from(crossings.first));
+    let (wholes, shares, rises) = (&mut crossings.whole[..n], &mut crossings.share[..n], &mut crossings.rise[..n]);
+    for k in 0..n {
+        let t = (first + f64::from(k as u32) - o) * per_rate;
+        let along = start + drift * t;
+        let whole = along.floor();
+        wholes[k] = (whole + WHOLE).to_bits() as i32;
+        shares[k] = (along - whole) as f32;
+        rises[k] = (climb * t) as f32;
+    }
+}
+
+/// What is only half on the map is no edge of it.
+fn forget_halves((a, b): (&mut [f32], &mut [f32])) {
+    for (a, b) in a.iter_mut().zip(b) {
+        if *a == NOTHING || *b == NOTHING {
+            (*a, *b) = (NOTHING, NOTHING);
+        }
     }
 }
 

@@ -135,7 +135,7 @@ pub(super) fn trace<S: Simd>(
         let Some(hit) = scene.closest(simd, &ray, leaving) else {
             radiance += throughput * scene.sky;
             if let Some((light, met)) = scene.lights.surroundings(ray.direction) {
-                let weight = emitter_weight(scene, options, drawn, light, met.pdf);
+                let weight = emitter_weight(simd, scene, options, drawn, light, met.pdf);
                 radiance += weight * throughput * met.radiance;
             }
             break;
@@ -143,7 +143,7 @@ pub(super) fn trace<S: Simd>(
         let cover = match scene.finish(hit.id) {
             Finish::Emits(light) => {
                 let met = scene.meet_light(light, &ray, &hit);
-                let weight = emitter_weight(scene, options, drawn, light, met.pdf);
+                let weight = emitter_weight(simd, scene, options, drawn, light, met.pdf);
                 radiance += weight * throughput * met.radiance;
                 break;
             }
@@ -199,12 +199,19 @@ pub(super) fn trace<S: Simd>(
 
 /// Share of the BRDF draw in an emitter that both strategies find: `p_brdf / (p_brdf + p_light)`.
 #[inline(always)]
-fn emitter_weight(scene: &Scene, options: &RenderOptions, drawn: Option<Drawn>, light: usize, own: f64) -> f64 {
+fn emitter_weight<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    options: &RenderOptions,
+    drawn: Option<Drawn>,
+    light: usize,
+    own: f64,
+) -> f64 {
     let Some(drawn) = drawn else { return 1.0 };
     if options.estimator == Estimator::Brdf {
         return 1.0;
     }
-    let rival = scene.lights.chance(light, &drawn.at) * own;
+    let rival = scene.lights.chance(simd, light, &drawn.at) * own;
     match options.estimator {
         // From inside a sphere no light sample is drawn: the BRDF must find it alone.
         Estimator::Lights => f64::from(rival <= 0.0),

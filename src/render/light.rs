@@ -9,7 +9,7 @@ use super::shape::{Quad, Ray, Shape, Sphere};
 use crate::error::{Error, Result};
 use crate::math::frame::{DVec3, sin_cos_turns, tangents};
 use crate::sample::AliasTable;
-use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
+use fearless_simd::{Simd, f32x8, prelude::*};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -251,12 +251,12 @@ impl Lights {
     }
 
     /// Chance of a light in [`Self::sample_any`] at a point.
-    #[inline(never)]
-    pub(super) fn chance(&self, light: usize, at: &Asking) -> f64 {
+    #[inline(always)]
+    pub(super) fn chance<S: Simd>(&self, simd: S, light: usize, at: &Asking) -> f64 {
         if self.list.len() > WEIGHED {
             return self.cumulative[light] - if light > 0 { self.cumulative[light - 1] } else { 0.0 };
         }
-        let sums = dispatch!(Level::new(), simd => Sums::of(simd, &self.reach, at));
+        let sums = Sums::of(simd, &self.reach, at);
         if sums.total > 0.0 { f64::from(sums.weights[light] / sums.total) } else { 0.0 }
     }
 
@@ -431,6 +431,11 @@ mod tests {
     use super::*;
     use crate::render::paint::Pattern;
     use crate::render::{Material, Scene};
+    use fearless_simd::{Level, dispatch};
+
+    fn chance(lights: &Lights, light: usize, at: &Asking) -> f64 {
+        dispatch!(Level::new(), simd => lights.chance(simd, light, at))
+    }
 
     fn sample_any(lights: &Lights, at: &Asking, u: [f64; 2]) -> Option<LightSample> {
         dispatch!(Level::new(), simd => lights.sample_any(simd, at, u))
@@ -512,11 +517,11 @@ mod tests {
             let light = if matches!(hit.id, Id::Quad(_)) { 0 } else { 1 };
             seen[light] += 1.0 / f64::from(n);
             let met = scene.meet_light(light, &ray, &hit);
-            let pdf = scene.lights.chance(light, &at) * met.pdf;
+            let pdf = chance(&scene.lights, light, &at) * met.pdf;
             assert!((pdf / sample.pdf - 1.0).abs() < 1e-9 && met.radiance == sample.radiance);
         }
         for light in 0..3 {
-            assert!((seen[light] - scene.lights.chance(light, &at)).abs() < 2e-3, "{seen:?}");
+            assert!((seen[light] - chance(&scene.lights, light, &at)).abs() < 2e-3, "{seen:?}");
         }
         // The disc shows its back.
         assert_eq!(seen[2], 0.0);
@@ -531,13 +536,13 @@ mod tests {
             lights.add(ball.into(), Id::Sphere(k), Paint::plain(DVec3::splat(1.0 + f64::from(k))).unwrap()).unwrap();
         }
         let at = Asking { point: DVec3::ZERO, normal: DVec3::Z };
-        let total: f64 = (0..100).map(|k| lights.chance(k, &at)).sum();
+        let total: f64 = (0..100).map(|k| chance(&lights, k, &at)).sum();
         assert!((total - 1.0).abs() < 1e-12);
         for k in 0..500 {
             let sample = sample_any(&lights, &at, [(f64::from(k) + 0.5) / 500.0, 0.3]).unwrap();
             let Some(Id::Sphere(i)) = sample.id else { panic!("spheres only") };
             let own = lights.sample(i as usize, DVec3::ZERO, [0.5; 2]).unwrap();
-            assert!((sample.pdf / (own.pdf * lights.chance(i as usize, &at)) - 1.0).abs() < 1e-9);
+            assert!((sample.pdf / (own.pdf * chance(&lights, i as usize, &at)) - 1.0).abs() < 1e-9);
         }
     }
 }

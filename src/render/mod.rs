@@ -25,6 +25,7 @@ pub mod mesh;
 mod mesh_file;
 pub mod paint;
 pub mod picture;
+mod quads;
 pub mod revolution;
 pub mod scene;
 pub mod shape;

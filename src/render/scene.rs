@@ -6,7 +6,8 @@ use super::light::{Lights, Met};
 use super::material::Cover;
 use super::mesh::Mesh;
 use super::paint::Paint;
-use super::shape::{Quad, Ray, Shape};
+use super::quads::Quads;
+use super::shape::{Ray, Shape};
 use super::spheres::Spheres;
 use crate::error::Result;
 use crate::math::frame::DVec3;
@@ -56,7 +57,8 @@ pub(super) struct Frame {
 pub struct Scene<'a> {
     pub(super) sky: DVec3,
     pub(super) lights: Lights,
-    quads: Vec<(Quad, Finish)>,
+    quads: Quads,
+    quad_finishes: Vec<Finish>,
     discs: Vec<(Disc, Finish)>,
     spheres: Spheres,
     sphere_finishes: Vec<Finish>,
@@ -73,7 +75,8 @@ impl<'a> Scene<'a> {
         Ok(Scene {
             sky: Paint::plain(sky)?.mean(),
             lights: Lights::default(),
-            quads: Vec::new(),
+            quads: Quads::default(),
+            quad_finishes: Vec::new(),
             discs: Vec::new(),
             spheres: Spheres::default(),
             sphere_finishes: Vec::new(),
@@ -107,7 +110,8 @@ impl<'a> Scene<'a> {
     fn place(&mut self, shape: Shape, finish: Finish) -> Id {
         match shape {
             Shape::Quad(quad) => {
-                self.quads.push((quad, finish));
+                self.quads.push(quad);
+                self.quad_finishes.push(finish);
                 Id::Quad(self.quads.len() as u32 - 1)
             }
             Shape::Disc(disc) => {
@@ -133,13 +137,8 @@ impl<'a> Scene<'a> {
         let mut t = f64::INFINITY;
         let mut id = None;
         let mut weights = [0.0; 2];
-        for (i, (quad, _)) in self.quads.iter().enumerate() {
-            // Most rays leave a flat shape: they need no division.
-            if leaving != Some(Id::Quad(i as u32))
-                && let Some(nearer) = quad.intersect(ray, t)
-            {
-                (t, id) = (nearer, Some(Id::Quad(i as u32)));
-            }
+        if let Some((nearer, i)) = self.quads.closest(simd, ray, t, quad_of(leaving)) {
+            (t, id) = (nearer, Some(Id::Quad(i as u32)));
         }
         for (i, (disc, _)) in self.discs.iter().enumerate() {
             if leaving != Some(Id::Disc(i as u32))
@@ -170,11 +169,8 @@ impl<'a> Scene<'a> {
         leaving: Id,
         target: Option<Id>,
     ) -> bool {
-        for (i, (quad, _)) in self.quads.iter().enumerate() {
-            let id = Id::Quad(i as u32);
-            if leaving != id && target != Some(id) && quad.intersect(ray, distance).is_some() {
-                return true;
-            }
+        if self.quads.block(simd, ray, distance, quad_of(Some(leaving)), quad_of(target)) {
+            return true;
         }
         if self.spheres.block(simd, ray, distance, sphere_of(Some(leaving)), sphere_of(target)) {
             return true;
@@ -196,7 +192,7 @@ impl<'a> Scene<'a> {
     #[inline]
     pub(super) fn finish(&self, id: Id) -> Finish {
         match id {
-            Id::Quad(i) => self.quads[i as usize].1,
+            Id::Quad(i) => self.quad_finishes[i as usize],
             Id::Sphere(i) => self.sphere_finishes[i as usize],
             Id::Disc(i) => self.discs[i as usize].1,
             Id::Triangle { mesh, .. } => self.meshes[mesh as usize].1,
@@ -213,7 +209,7 @@ impl<'a> Scene<'a> {
     pub(super) fn frame(&self, hit: &Hit, point: DVec3) -> Frame {
         let (plane, normal, along) = match hit.id {
             Id::Quad(i) => {
-                let quad = &self.quads[i as usize].0;
+                let quad = self.quads.get(i as usize);
                 (quad.normal, quad.normal, quad.tangent)
             }
             Id::Disc(i) => {
@@ -242,7 +238,7 @@ impl<'a> Scene<'a> {
     #[inline]
     pub(super) fn uv(&self, hit: &Hit, point: DVec3) -> [f64; 2] {
         match hit.id {
-            Id::Quad(i) => self.quads[i as usize].0.uv(point),
+            Id::Quad(i) => self.quads.get(i as usize).uv(point),
             Id::Sphere(i) => self.spheres.get(i as usize).uv(point),
             Id::Disc(_) | Id::Triangle { .. } => hit.weights,
         }
@@ -254,7 +250,7 @@ impl<'a> Scene<'a> {
     pub(super) fn place_in(&self, hit: &Hit, point: DVec3) -> DVec3 {
         match hit.id {
             Id::Quad(i) => {
-                let quad = &self.quads[i as usize].0;
+                let quad = self.quads.get(i as usize);
                 let away = point - quad.corner;
                 DVec3::new(away.dot(quad.tangent), away.dot(quad.normal.cross(quad.tangent)), 0.0)
             }
@@ -287,6 +283,14 @@ impl<'a> Scene<'a> {
 }
 
 #[inline(always)]
+fn quad_of(id: Option<Id>) -> Option<usize> {
+    match id {
+        Some(Id::Quad(i)) => Some(i as usize),
+        _ => None,
+    }
+}
+
+#[inline(always)]
 fn sphere_of(id: Option<Id>) -> Option<usize> {
     match id {
         Some(Id::Sphere(i)) => Some(i as usize),
@@ -307,7 +311,7 @@ mod tests {
     use super::*;
     use crate::model::Lambert;
     use crate::render::material::Material;
-    use crate::render::shape::Sphere;
+    use crate::render::shape::{Quad, Sphere};
     use fearless_simd::{Level, dispatch};
 
     fn closest(scene: &Scene, ray: &Ray, leaving: Option<Id>) -> Option<Hit> {

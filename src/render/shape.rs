@@ -31,12 +31,12 @@ pub struct Quad {
     /// Unit vector along `edge_u`.
     pub(super) tangent: DVec3,
     pub(super) area: f64,
-    offset: f64,
+    pub(super) offset: f64,
     /// Dual basis: `u = p . dual_u - shift_u` for a point of the plane.
-    dual_u: DVec3,
-    dual_v: DVec3,
-    shift_u: f64,
-    shift_v: f64,
+    pub(super) dual_u: DVec3,
+    pub(super) dual_v: DVec3,
+    pub(super) shift_u: f64,
+    pub(super) shift_v: f64,
 }
 
 impl Quad {

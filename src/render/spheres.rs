@@ -1,10 +1,10 @@
 //! Many spheres side by side: which of them a ray may meet.
 
 use super::shape::{Ray, Sphere};
-use fearless_simd::{Simd, f32x8, prelude::*};
+use fearless_simd::{Simd, f32x16, prelude::*};
 
 /// Spheres tested at a time.
-const LANES: usize = 8;
+const LANES: usize = 16;
 
 /// Centres and squared radii of [`LANES`] spheres in f32, where a sphere may look a little larger than it is; unused lanes
 /// have a square that no ray meets.
@@ -112,8 +112,8 @@ impl Pack {
     #[inline(always)]
     fn near<S: Simd>(&self, simd: S, ray: &Ray) -> u64 {
         let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
-        let wide = |x: f32| f32x8::splat(simd, x);
-        let lanes = |v: &[f32; LANES]| f32x8::from_slice(simd, v);
+        let wide = |x: f32| f32x16::splat(simd, x);
+        let lanes = |v: &[f32; LANES]| f32x16::from_slice(simd, v);
         let (x, y, z) = (wide(o.x) - lanes(&self.x), wide(o.y) - lanes(&self.y), wide(o.z) - lanes(&self.z));
         let b = x * d.x + y * d.y + z * d.z;
         let m2 = x * x + y * y + z * z;

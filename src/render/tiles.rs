@@ -27,8 +27,10 @@ pub struct TilesOptions {
     pub tiles_per_row: usize,
     /// What the tiles mirror.
     pub backdrop: Backdrop,
-    /// Paths per pixel.
+    /// Most paths per pixel.
     pub samples_per_pixel: u32,
+    /// Share of its radiance at which a block of pixels stops earlier, see [`RenderOptions::error`].
+    pub error: Option<f64>,
     pub seed: u64,
     /// Display value = sRGB(exposure x radiance), in m2 sr/W; `None` exposes for the brightest tile.
     pub exposure: Option<f64>,
@@ -42,6 +44,7 @@ impl Default for TilesOptions {
             tiles_per_row: 8,
             backdrop: Backdrop::Chart,
             samples_per_pixel: 128,
+            error: Some(0.02),
             seed: 1,
             exposure: None,
         }
@@ -93,6 +96,7 @@ pub fn render_tiles(tiles: &[Tile], options: &TilesOptions, progress: &(dyn Fn(f
         width,
         height,
         samples_per_pixel: options.samples_per_pixel,
+        error: options.error,
         seed: options.seed,
         ..RenderOptions::default()
     };
@@ -112,9 +116,10 @@ pub fn render_tiles(tiles: &[Tile], options: &TilesOptions, progress: &(dyn Fn(f
         heading: options.heading.clone(),
         note: format!(
             "Same {} and exposure for every tile, seen {VIEW_ANGLE_DEG:.0}\u{b0} from the normal. Path traced, {} paths a \
-             pixel; display = sRGB({} m\u{b2} sr/W \u{d7} radiance).",
+             pixel{}; display = sRGB({} m\u{b2} sr/W \u{d7} radiance).",
             options.backdrop.words(),
             options.samples_per_pixel,
+            options.error.map_or(String::new(), |e| format!(" or an error of {} %", 100.0 * e)),
             short(exposure),
         ),
         panels_per_row: options.tiles_per_row,

@@ -17,6 +17,7 @@ use crate::facets::Strides;
 use crate::facets::ends::Ends;
 use crate::facets::starts::Starts;
 use crate::math::direction;
+use crate::math::frame::sin_cos_turns;
 use crate::math::random::{CounterRng, LANES};
 use fearless_simd::Level;
 use glam::DVec3;
@@ -43,8 +44,13 @@ pub fn trace_rays<D: Detectors + ?Sized>(
     seed: u64,
     selection: &Selection,
 ) -> Accumulator {
-    let light = |u: f64| Light::new(walk, theta_i, azimuth.of(u), selection);
-    let first = [light(0.0)];
+    let first = [Light::new(walk, theta_i, azimuth.of(0.0), selection)];
+    let (sin_theta, cos_theta) = theta_i.sin_cos();
+    let light = |u: f64| {
+        let (sin, cos) = sin_cos_turns(u);
+        let wi = DVec3::new(sin_theta * cos, sin_theta * sin, cos_theta);
+        Light::turned(walk, wi, [cos, sin], std::f64::consts::TAU * u, selection)
+    };
     let patches = Patches::new(rays, first[0].beam.aspect());
     let batches: Vec<u64> = (0..rays.div_ceil(BATCH)).filter(|&batch| selection.part.has(batch)).collect();
     let desks = at_desks(
@@ -90,12 +96,17 @@ pub struct Light<'a> {
 impl<'a> Light<'a> {
     /// Light from `theta_i` and an azimuth with its turn into the frame of the detectors.
     pub fn new(walk: &Walk<'a>, theta_i: f64, (phi, turn): (f64, f64), selection: &Selection) -> Self {
-        let wi = direction(theta_i, phi);
+        let local = direction(theta_i, phi - turn);
+        Light { local, ..Light::turned(walk, direction(theta_i, phi), [turn.cos(), turn.sin()], turn, selection) }
+    }
+
+    /// Light from `wi`, which `turn` brings to azimuth 0, and the cosine and sine of that.
+    fn turned(walk: &Walk<'a>, wi: DVec3, [cos, sin]: [f64; 2], turn: f64, selection: &Selection) -> Self {
         Light {
             beam: Beam::new(walk.field, wi, selection.footprint),
             turn,
-            local: direction(theta_i, phi - turn),
-            lanes: glints::Light { wi: wi.to_array().map(|x| x as f32), turn: [turn.cos() as f32, turn.sin() as f32] },
+            local: DVec3::new(wi.x.hypot(wi.y), 0.0, wi.z),
+            lanes: glints::Light { wi: wi.to_array().map(|x| x as f32), turn: [cos as f32, sin as f32] },
         }
     }
 }
