@@ -261,7 +261,7 @@ fn the_command_renders_reads_back_and_refuses() {
         run(&["render", "m.toml", "-o", "m.exr", "--spp", "1"])
     };
     let (done, _, err) = floor("");
-    assert!(!done && err.contains("h.npy") && err.contains("pitch"), "{err}");
+    assert!(!done && err.contains("h.npy") && err.contains("--unit"), "{err}");
     let (done, _, err) = floor("flags = [\"--pitch=1um\", \"--unit=um\"]");
     assert!(done, "{err}");
     let (done, _, err) = floor("flags = [\"--pich=1um\"]");
