@@ -32,11 +32,12 @@ pub struct FacetGloss {
     /// Gloss \[GU\]; its standard error is the scatter of 16 sub-areas over the root of their number.
     pub gloss: Vec<Estimate>,
     /// Lambda at each angle of incidence: facet area hidden from the source per unit of lit area. The gloss accounts for
-    /// it as Smith's function does; what light does after a second reflection it does not know.
+    /// it as Smith's function does, or by tracing ([`super::traced_gloss`]).
     pub hidden: Vec<f64>,
 }
 
-/// Gloss of the facets of `map`: single reflections, hidden facets by Smith's function of the measured slopes.
+/// Gloss of the facets of `map`: single reflections, hidden facets by Smith's function of the measured slopes. Where that is not
+/// enough [`super::traced_gloss`] goes on.
 ///
 /// # Errors
 /// `Error::Parameter` if the map has no facet, a geometry cannot exist or there is no azimuth.
@@ -46,6 +47,24 @@ pub fn facet_gloss(
     geometries: &[Geometry],
     azimuths: &Azimuths,
 ) -> Result<FacetGloss> {
+    Ok(with_slopes(map, material, geometries, azimuths)?.0)
+}
+
+/// What [`facet_gloss`] knows of the slopes.
+pub(super) struct Slopes {
+    /// Gradients with their shares of the facets, rising.
+    pub gradients: Vec<(f64, f64)>,
+    /// Masking and shadowing; `None` if nothing is hidden from the stops.
+    pub hiding: Option<Hiding>,
+}
+
+/// [`facet_gloss`], and the slopes it is made of.
+pub(super) fn with_slopes(
+    map: &HeightMap,
+    material: &Material,
+    geometries: &[Geometry],
+    azimuths: &Azimuths,
+) -> Result<(FacetGloss, Slopes)> {
     geometries.iter().try_for_each(Geometry::validate)?;
     let list = match azimuths {
         Azimuths::At(list) if list.is_empty() => {
@@ -60,7 +79,8 @@ pub fn facet_gloss(
     if radial.facets() == 0 {
         return Err(Error::parameter("the map has no facet", "every triangle touches a missing point"));
     }
-    let hiding = hiding(&radial.gradients(), paths.iter().flatten());
+    let gradients = radial.gradients();
+    let hiding = hiding(&gradients, paths.iter().flatten());
 
     let (mut gloss, mut hidden) = (Vec::new(), Vec::new());
     for (geometry, paths) in geometries.iter().zip(&paths) {
@@ -86,7 +106,7 @@ pub fn facet_gloss(
         gloss.push(Estimate { value, ..Estimate::from_repeats(&parts) });
         hidden.push(hiding.as_ref().map_or(0.0, |h| h.lambda(geometry.theta_i.cos())));
     }
-    Ok(FacetGloss { gloss, hidden })
+    Ok((FacetGloss { gloss, hidden }, Slopes { gradients, hiding }))
 }
 
 /// Masking and shadowing of the gradients; `None` if no facet is steep enough to hide another from these paths.

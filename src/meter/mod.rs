@@ -22,6 +22,7 @@ pub mod standards;
 pub mod stop;
 mod subdivide;
 pub mod surface;
+pub mod traced;
 pub mod validity;
 
 pub use appearance::{Appearance, appearance};
@@ -36,4 +37,5 @@ pub use multi_angle::{Colour, colours};
 pub use scan::{Scan, ScanPoint, scan};
 pub use stop::Shape;
 pub use surface::surface_gloss;
+pub use traced::traced_gloss;
 pub use validity::{Holds, Warning, check_rays, check_waves, rayleigh_parameter};

@@ -5,7 +5,7 @@ use crate::heightmap::{HeightMap, parameters};
 use crate::math::{Estimate, direction};
 use crate::meter::validity::SMALLEST_FOR_RAYS;
 use crate::meter::{
-    self, Azimuths, Geometry, Holds, Warning, check_rays, check_waves, facet_gloss, rayleigh_parameter, surface_gloss,
+    self, Azimuths, Geometry, Holds, Warning, check_rays, check_waves, rayleigh_parameter, surface_gloss, traced_gloss,
 };
 use crate::optics::fresnel;
 use crate::sample::TableBrdf;
@@ -142,7 +142,7 @@ pub fn predict_run(
         brdf,
     };
     let azimuths = if prediction.isotropic { Azimuths::All } else { Azimuths::At(GLOSS_AZIMUTHS.to_vec()) };
-    let by_facets = facet_gloss(lit, &settings.scatter.material, &settings.glossmeter, &azimuths)?.gloss;
+    let by_facets = traced_gloss(map, &settings.glossmeter, &azimuths, &settings.scatter)?.gloss;
     prediction.ray_gloss = Some([by_facets[0], by_facets[1], by_facets[2]]);
     measure_gloss(&mut prediction, settings)?;
     progress(1.0);
