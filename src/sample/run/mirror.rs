@@ -1,0 +1,101 @@
+//! From the slopes of a run to directions, densities and weights.
+
+use super::super::sources::COSINES;
+use super::super::table_brdf::TableBrdf;
+use super::cells::Places;
+use super::sources::SourceLanes;
+use super::{Lanes, RUN, piece};
+use crate::optics::Material;
+use crate::optics::fresnel::{conductor_of_square, dielectric_of_square};
+use crate::scatter::axis::{at_least, at_most};
+use fearless_simd::Simd;
+use fearless_simd_macros::simd;
+use std::f64::consts::PI;
+
+/// Mirror directions of a run.
+pub(super) struct Draws {
+    pub x: Lanes<f64>,
+    pub y: Lanes<f64>,
+    pub z: Lanes<f64>,
+    pub pdf: Lanes<f64>,
+    pub weight: Lanes<f64>,
+    /// `cos_beta / cos_theta_h`: above 0 if the facet faces the source.
+    pub lean: Lanes<f64>,
+}
+
+impl Default for Draws {
+    #[inline(always)]
+    fn default() -> Self {
+        let zero = [0.0; RUN];
+        Draws { x: zero, y: zero, z: zero, pdf: zero, weight: zero, lean: zero }
+    }
+}
+
+impl Draws {
+    /// Mirrors the sources at the slopes of `places`, where the table holds density and density of draws `found`.
+    #[simd]
+    pub fn reflect<S: Simd>(
+        &mut self,
+        _: S,
+        brdf: &TableBrdf,
+        s: &SourceLanes,
+        places: &Places,
+        found: &Lanes<[f32; 2]>,
+    ) {
+        let (d, table) = (self, &brdf.table);
+        let zero = [0.0f64; RUN];
+        let (mut cos2_beta, mut density, mut draws) = (zero, zero, zero);
+        let (mut cosine, mut above) = ([0u32; RUN], [0.0f32; RUN]);
+        for j in 0..RUN {
+            let (p, q) = table.cells.slope_of([f64::from(places.x[0][j]), f64::from(places.x[1][j])]);
+            // In the frame of the source, which is that of the cells.
+            let lean = s.z[j] - p * s.sine[j];
+            let steepness = 1.0 + p * p + q * q;
+            let inverse = 1.0 / (steepness * lean);
+            let scale = 2.0 * lean * lean * inverse;
+            let v = [-p * scale - s.sine[j], -q * scale];
+            d.x[j] = s.cos[j] * v[0] - s.sin[j] * v[1];
+            d.y[j] = s.cos[j] * v[1] + s.sin[j] * v[0];
+            d.z[j] = scale - s.z[j];
+            (density[j], draws[j]) = (f64::from(found[j][0]), f64::from(found[j][1]));
+            d.pdf[j] = draws[j] * 0.25 * steepness * steepness * steepness * inverse;
+            d.lean[j] = lean;
+            cos2_beta[j] = at_most(at_least(0.5 * lean * scale, 0.0), 1.0);
+            (cosine[j], above[j]) = piece(at_least(d.z[j], 0.0) as f32 * COSINES as f32 + 0.5);
+        }
+        let mut masked = [[0.0f32; 2]; RUN];
+        for j in 0..RUN {
+            masked[j] = brdf.source_tables.masking[cosine[j] as usize & (2 * COSINES - 1)];
+        }
+        let mut reflectance = [1.0f64; RUN];
+        match table.material {
+            Material::Mirror => {}
+            Material::Dielectric { n } => {
+                for j in 0..RUN {
+                    reflectance[j] = dielectric_of_square(cos2_beta[j], n);
+                }
+            }
+            Material::Conductor { n, k } => {
+                for j in 0..RUN {
+                    reflectance[j] = conductor_of_square(cos2_beta[j], n, k);
+                }
+            }
+        }
+        for j in 0..RUN {
+            let z = d.z[j];
+            let hidden = f64::from(masked[j][0] + above[j] * masked[j][1]);
+            let cosines = (s.z[j] + f64::from(s.masked[j])) * z + s.z[j] * hidden;
+            let bright = f64::from(s.balance[j]) * reflectance[j] * density[j] * d.lean[j] * z;
+            d.weight[j] = bright / (cosines * draws[j]);
+        }
+        if !brdf.glossy {
+            for j in 0..RUN {
+                // The floor sends light here as well, and draws.
+                let pdf = d.pdf[j] + f64::from(places.floor[j]) * d.z[j] * (1.0 / PI);
+                let reflected = d.weight[j] * d.pdf[j] + f64::from(places.diffuse[j]) * d.z[j];
+                d.weight[j] = reflected / pdf;
+                d.pdf[j] = pdf;
+            }
+        }
+    }
+}

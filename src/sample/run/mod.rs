@@ -1,0 +1,91 @@
+//! Draws by the run: what one draw does after the other, many do side by side.
+//!
+//! A single draw waits for itself: root, division, lookup, root, lookup, division. In runs of 64 every step is a
+//! loop of its own: arithmetic in lanes, and lookups one after the other without waiting, each one load of a whole record.
+
+mod cells;
+mod mirror;
+mod sources;
+
+use super::table_brdf::{HORIZON, TableBrdf};
+use crate::optics::{Brdf, BrdfSample};
+use cells::Places;
+use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd_macros::simd;
+use glam::DVec3;
+use mirror::Draws;
+use sources::SourceLanes;
+pub(super) use sources::SourceTables;
+
+const RUN: usize = 64;
+
+type Lanes<T> = [T; RUN];
+
+/// So many draws left over are worth a run of their own.
+const WORTH: usize = 16;
+
+/// [`Brdf::sample_many`] of a table.
+pub(super) fn sample(brdf: &TableBrdf, wi: &[DVec3], u: &[[f64; 2]], out: &mut [Option<BrdfSample>]) {
+    assert!(wi.len() == u.len() && u.len() == out.len(), "as many numbers and places as directions");
+    let level = Level::new();
+    let together = if brdf.runs() { wi.len() / RUN * RUN } else { 0 };
+    let runs = wi[..together].as_chunks().0.iter().zip(u[..together].as_chunks().0);
+    for ((wi, u), out) in runs.zip(out[..together].as_chunks_mut().0) {
+        dispatch!(level, simd => run(simd, brdf, wi, u, out));
+    }
+    let (wi, u, out) = (&wi[together..], &u[together..], &mut out[together..]);
+    if brdf.runs() && wi.len() >= WORTH {
+        let (mut sources, mut numbers, mut drawn) = ([DVec3::Z; RUN], [[0.5; 2]; RUN], [None; RUN]);
+        sources[..wi.len()].copy_from_slice(wi);
+        numbers[..u.len()].copy_from_slice(u);
+        dispatch!(level, simd => run(simd, brdf, &sources, &numbers, &mut drawn));
+        out.copy_from_slice(&drawn[..out.len()]);
+    } else {
+        for ((wi, u), out) in wi.iter().zip(u).zip(out) {
+            *out = brdf.sample(*wi, *u);
+        }
+    }
+}
+
+#[simd]
+fn run<S: Simd>(
+    simd: S,
+    brdf: &TableBrdf,
+    wi: &Lanes<DVec3>,
+    u: &Lanes<[f64; 2]>,
+    out: &mut Lanes<Option<BrdfSample>>,
+) {
+    let mut sources = SourceLanes::default();
+    sources.find(simd, &brdf.sources, &brdf.source_tables, wi);
+    let mut places = Places::default();
+    places.draw(simd, brdf, &sources, u);
+    let mut found = [[0.0f32; 2]; RUN];
+    for j in 0..RUN {
+        let at = [places.shares[0][j], places.shares[1][j]];
+        let here = brdf.slabs.of_interval(sources.theta[j] as usize, sources.upper[j], places.from[j] as usize, at);
+        found[j] = [here.density, here.draws];
+    }
+    let mut draws = Draws::default();
+    draws.reflect(simd, brdf, &sources, &places, &found);
+    for j in 0..RUN {
+        let lands = draws.lean[j] > 0.0 && draws.z[j] > HORIZON && sources.z[j] > HORIZON;
+        let wo = DVec3::new(draws.x[j], draws.y[j], draws.z[j]);
+        out[j] = lands.then_some(BrdfSample { wo, weight: draws.weight[j], pdf: draws.pdf[j], specular: false });
+    }
+    if !brdf.glossy {
+        // Core and floor have their own ways.
+        for j in 0..RUN {
+            if places.other[j] > 0 {
+                out[j] = brdf.sample(wi[j], u[j]);
+            }
+        }
+    }
+}
+
+/// As [`super::grid::piece`] for lanes of f32, below 2^22.
+#[inline(always)]
+fn piece(x_and_half: f32) -> (u32, f32) {
+    const TWO_23: f32 = 8_388_608.0;
+    let shifted = x_and_half + TWO_23;
+    (shifted.to_bits() & 0x007f_ffff, x_and_half - (shifted - TWO_23))
+}
