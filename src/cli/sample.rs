@@ -50,18 +50,9 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let mut rows = Vec::with_capacity(a.count as usize);
     let (mut specular, mut nothing) = (0u64, 0u64);
     let (mut sum, mut squares) = (0.0, 0.0);
-    let many = |from: u64| {
-        let numbers = |draw| {
-            let mut rng = CounterRng::new(scatter.seed(), 12, draw);
-            [rng.uniform(), rng.uniform()]
-        };
-        let u: Vec<[f64; 2]> = (from..a.count.min(from + TOGETHER as u64)).map(numbers).collect();
-        let mut drawn = vec![None; u.len()];
-        brdf.sample_many(&[wi; TOGETHER][..u.len()], &u, &mut drawn);
-        drawn
-    };
-    for drawn in (0..a.count).step_by(TOGETHER).flat_map(many) {
-        let row = match drawn {
+    for draw in 0..a.count {
+        let mut rng = CounterRng::new(scatter.seed(), 12, draw);
+        let row = match brdf.sample(wi, [rng.uniform(), rng.uniform()]) {
             Some(s) => {
                 specular += u64::from(s.specular);
                 [s.wo.x, s.wo.y, s.wo.z, s.pdf, s.weight]
@@ -97,9 +88,6 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     );
     Ok(())
 }
-
-/// Draws asked for at once.
-const TOGETHER: usize = 1024;
 
 /// The one value of a list.
 fn single(list: &[f64], flag: &str) -> Result<Option<f64>, Error> {

@@ -2,64 +2,45 @@
 
 /// `R = (r_s^2 + r_p^2) / 2` of a dielectric of index `n` at `cos_theta`.
 ///
-/// `cos_theta` outside `[0, 1]` is clamped; R is 1 at grazing. As [`dielectric_of_square`].
+/// `r_s = (c - n ct) / (c + n ct)`, `r_p = (n c - ct) / (n c + ct)`, `ct = sqrt(1 - sin^2 / n^2)`.
+/// `cos_theta` outside `[0, 1]` is clamped; R is 1 at grazing. Source: Born and Wolf, Principles of Optics, section 1.5.2.
 #[inline]
 pub fn dielectric(cos_theta: f64, n: f64) -> f64 {
     let c = cos_theta.clamp(0.0, 1.0);
-    dielectric_of_square(c * c, n)
-}
-
-/// The same from `c2 = cos^2_theta` in `[0, 1]`, which needs one root and one division:
-/// `R = (n^2 - 1)^2 (P^2 + k^2 S^2) / (2 S^2 P^2)`, `S = (c + n ct)^2`, `P = n^2 (n c + ct)^2`, `k = c2 (n^2 + 1) - 1`, `ct` the
-/// cosine inside.
-///
-/// That is `r_s = (c - n ct) / (c + n ct)` and `r_p = (n c - ct) / (n c + ct)` (Born and Wolf, Principles of Optics, section
-/// 1.5.2), each times its own denominator above and below: the numerators are then free of `ct` and of cancellation.
-#[inline(always)]
-pub fn dielectric_of_square(c2: f64, n: f64) -> f64 {
-    let step = n * n - 1.0;
-    // The square of n ct.
-    let inside = step + c2;
-    if inside <= 0.0 {
+    let sin2_t = (1.0 - c * c) / (n * n);
+    if sin2_t >= 1.0 {
         return 1.0;
     }
-    let cross = 2.0 * (c2 * inside).sqrt();
-    let s = c2 + inside + cross;
-    let p = n * n * (n * n * c2 + cross) + inside;
-    let (k, above) = (c2 * (n * n + 1.0) - 1.0, step * step);
-    let (ks, sp) = (k * s, s * p);
-    0.5 * above * (p * p + ks * ks) / (sp * sp)
+    let ct = (1.0 - sin2_t).sqrt();
+    // Both ratios over one denominator: divisions are what a lookup spends its time on.
+    let (s, p) = (c + n * ct, n * c + ct);
+    let sum = ((c - n * ct) * p, (n * c - ct) * s);
+    0.5 * (sum.0 * sum.0 + sum.1 * sum.1) / (s * p * s * p)
 }
 
 /// `R` of a conductor of index `n + i k`: `e = (n + ik)^2`, `g = sqrt(e - sin^2)`,
 /// `r_s = (c - g) / (c + g)`, `r_p = (e c - g) / (e c + g) = r_s (c g - sin^2) / (c g + sin^2)`.
 ///
-/// Free of divisions by `c`, so it holds at grazing. Source: Born and Wolf, section 14.2. As [`conductor_of_square`].
+/// Free of divisions by `c`, so it holds at grazing. Source: Born and Wolf, section 14.2.
 #[inline]
 pub fn conductor(cos_theta: f64, n: f64, k: f64) -> f64 {
     let c = cos_theta.clamp(0.0, 1.0);
-    conductor_of_square(c * c, n, k)
-}
-
-/// The same from `c2 = cos^2_theta` in `[0, 1]`, which needs two roots and one division:
-/// `R = (A - B) C / ((A + B) (C + B sin^2))`, `A = c2 + |g|^2`, `B = 2 c Re g`, `C = c2 |g|^2 + sin^4`.
-#[inline(always)]
-pub fn conductor_of_square(c2: f64, n: f64, k: f64) -> f64 {
-    let sin2 = 1.0 - c2;
-    let (re, im) = (n * n - k * k - sin2, 2.0 * n * k);
-    // Squares of indices are far from overflow, and a root is cheaper than hypot.
-    let modulus = (re * re + im * im).sqrt();
-    let a = c2 + modulus;
-    let b = (2.0 * c2 * (modulus + re).max(0.0)).sqrt();
-    let c = c2 * modulus + sin2 * sin2;
-    let below = (a + b) * (c + b * sin2);
-    if below == 0.0 { 1.0 } else { (a - b) * c / below }
+    let sin2 = 1.0 - c * c;
+    let [gr, gi2] = root(n, k, sin2);
+    // The second form of r_p needs no square of an index, and both reflectances share one division.
+    let s = [(c - gr) * (c - gr) + gi2, (c + gr) * (c + gr) + gi2];
+    let turned = c * c * gi2;
+    let (less, more) = (c * gr - sin2, c * gr + sin2);
+    let p = [less * less + turned, more * more + turned];
+    let denominator = 2.0 * s[1] * p[1];
+    if denominator == 0.0 { 1.0 } else { s[0] * (p[0] + p[1]) / denominator }
 }
 
 /// `[Re g, (Im g)^2]` of `g = sqrt((n + ik)^2 - sin^2)`.
 #[inline]
 fn root(n: f64, k: f64, sin2: f64) -> [f64; 2] {
     let (re, im) = (n * n - k * k - sin2, 2.0 * n * k);
+    // Squares of indices are far from overflow, and a root is cheaper than hypot.
     let modulus = (re * re + im * im).sqrt();
     [((modulus + re).max(0.0) / 2.0).sqrt(), (modulus - re).max(0.0) / 2.0]
 }

@@ -34,16 +34,6 @@ impl Material {
         }
     }
 
-    /// The same from `cos^2_beta` in `[0, 1]`: a root less.
-    #[inline(always)]
-    pub fn reflectance_of_square(&self, cos2_beta: f64) -> f64 {
-        match *self {
-            Material::Mirror => 1.0,
-            Material::Dielectric { n } => fresnel::dielectric_of_square(cos2_beta, n),
-            Material::Conductor { n, k } => fresnel::conductor_of_square(cos2_beta, n, k),
-        }
-    }
-
     /// Reads `mirror`, `n=1.5`, `n=1.0+6.6k`, or a name: `black-glass`, the clear materials `epoxy bk7 noa61 pmma
     /// polycarbonate` and the metals `al al-mcpeak cu au ag fe cr ni`, the latter two kinds at `wavelength` \[m\].
     ///

@@ -13,7 +13,6 @@ use crate::scatter::axis::Axis;
 pub(super) struct Hats {
     /// Of the columns, and of the rows.
     pub tents: [Vec<Tent>; 2],
-    pub edges: [Vec<Edges>; 2],
     /// Mass of every tent in core cells.
     masses: [Vec<f64>; 2],
     /// Area of the unit of both integrals: a core cell.
@@ -23,73 +22,86 @@ pub(super) struct Hats {
 /// The tent of one axis: half a neighbour's cell up to 1/2, the own cell up to 1 and down, half a neighbour's down.
 ///
 /// The width of a cell is constant within it, so the squared distance from the foot of the tent is piecewise linear in the
-/// share of the mass below. Looked up, not branched to: which piece a draw meets cannot be predicted. All in f32 and four
-/// numbers at a time, so that a tent is one cache line and a lookup one load; a slope drawn is then itself a number of
-/// 24 bits, from which everything else follows in f64.
+/// share of the mass below. Looked up, not branched to: which piece a draw meets cannot be predicted.
 #[derive(Debug, Clone, Copy, Default)]
-#[repr(C, align(64))]
+#[repr(C, align(32))]
 pub(super) struct Tent {
-    /// Left side near its foot and near the peak, right side the same: `[place, slope, square, rise]`, with
-    /// `height^2 = square + rise share` for the share of mass between it and the foot, and `x = place + slope height` in core
-    /// cells.
-    pub pieces: [[f32; 4]; 4],
+    /// Left side near its foot and near the peak, right side the same.
+    pub pieces: [Piece; 4],
+    /// Share of the mass on the left.
+    pub left: f32,
+    /// Share of the mass near the foot, of both sides.
+    pub outer: [f32; 2],
 }
 
-/// Heights are at least its root: a place under the very edge would have no density.
-pub(super) const LEAST_SQUARE: f32 = 1e-12;
-
-/// Where the pieces of a tent meet: share of the mass on the left, shares near the foot of the left and of the right side, and
-/// that of the left again, so that whole records are read.
-pub(super) type Edges = [f32; 4];
+/// One piece: `height^2 = square + rise (share - from)` for the share of mass between it and the foot, and
+/// `x = place + slope height` in core cells.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Piece {
+    pub place: f64,
+    pub slope: f32,
+    pub from: f32,
+    pub square: f32,
+    pub rise: f32,
+}
 
 /// Where along one axis a draw fell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spot {
     /// Place in core cells.
-    pub x: f32,
+    pub x: f64,
     /// 1 beyond the peak of the tent, 0 before it.
     pub beyond: usize,
     /// Share of the upper of the two cells it lies between.
     pub upper: f32,
 }
 
+/// Heights are at least its root: a place under the very edge would have no density.
+pub(super) const LEAST_SQUARE: f32 = 1e-12;
+
 impl Tent {
-    /// The tent of cell `k`, where its pieces meet, and its mass.
-    fn new(axis: &Axis, k: usize) -> (Tent, Edges, f64) {
+    fn new(axis: &Axis, k: usize) -> (Tent, f64) {
         let width = |k: usize| if k < axis.len() { axis.width(k) } else { 0.0 };
         let own = width(k);
         let neighbours = [if k > 0 { width(k - 1) } else { 0.0 }, width(k + 1)];
         let mass = 0.75 * own + (neighbours[0] + neighbours[1]) / 8.0;
         let peak = axis.place(k as f64 - f64::from(axis.half));
-        let mut edges = [((neighbours[0] / 8.0 + 0.375 * own) / mass) as f32, 0.0, 0.0, 0.0];
-        let mut tent = Tent::default();
+        let mut tent = Tent { left: ((neighbours[0] / 8.0 + 0.375 * own) / mass) as f32, ..Tent::default() };
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
             let neighbour = neighbours[side];
             let (outer, inner) = (neighbour / 8.0 / mass, 0.375 * own / mass);
-            edges[1 + side] = outer as f32;
-            let foot = [peak + sign * 0.5 * (own + neighbour), -sign * neighbour, 0.0, 0.25 / outer.max(1e-30)];
-            let rise = 0.75 / inner;
-            let top = [peak + sign * own, -sign * own, 0.25 - rise * outer, rise];
-            tent.pieces[2 * side] = foot.map(|x| x as f32);
-            tent.pieces[2 * side + 1] = top.map(|x| x as f32);
+            tent.outer[side] = outer as f32;
+            tent.pieces[2 * side] = Piece {
+                place: peak + sign * 0.5 * (own + neighbour),
+                slope: (-sign * neighbour) as f32,
+                from: 0.0,
+                square: 0.0,
+                rise: (0.25 / outer.max(1e-30)) as f32,
+            };
+            tent.pieces[2 * side + 1] = Piece {
+                place: peak + sign * own,
+                slope: (-sign * own) as f32,
+                from: outer as f32,
+                square: 0.25,
+                rise: (0.75 / inner) as f32,
+            };
         }
-        edges[3] = edges[1];
-        (tent, edges, mass)
+        (tent, mass)
     }
 
     /// A place whose density in slope follows the tent, for a uniform `a` in `[0, 1]`.
     #[inline(always)]
-    fn place(&self, edges: &Edges, a: f32) -> Spot {
-        let beyond = not_below(a, edges[0]);
+    pub fn place(&self, a: f32) -> Spot {
+        let beyond = not_below(a, self.left);
         let one = f32::from_bits(beyond & 1f32.to_bits());
         let share = (one - a).abs();
         let beyond = (beyond & 1) as usize;
-        let inner = (not_below(share, edges[1] + one * (edges[2] - edges[3])) & 1) as usize;
-        let [place, slope, square, rise] = self.pieces[(2 * beyond + inner) & 3];
-        let square = square + share * rise;
+        let inner = (not_below(share, self.outer[beyond]) & 1) as usize;
+        let piece = &self.pieces[(2 * beyond + inner) & 3];
+        let square = piece.square + (share - piece.from) * piece.rise;
         let square = if square > LEAST_SQUARE { square } else { LEAST_SQUARE };
         let height = (if square < 1.0 { square } else { 1.0 }).sqrt();
-        Spot { x: place + slope * height, beyond, upper: (one - height).abs() }
+        Spot { x: piece.place + f64::from(piece.slope * height), beyond, upper: (one - height).abs() }
     }
 }
 
@@ -105,8 +117,7 @@ impl Hats {
         let both = cells.axes.each_ref().map(|axis| (0..axis.len()).map(|k| Tent::new(axis, k)).collect::<Vec<_>>());
         Hats {
             tents: both.each_ref().map(|axis| axis.iter().map(|t| t.0).collect()),
-            edges: both.each_ref().map(|axis| axis.iter().map(|t| t.1).collect()),
-            masses: both.map(|axis| axis.into_iter().map(|t| t.2).collect()),
+            masses: both.map(|axis| axis.into_iter().map(|t| t.1).collect()),
             core_area: cells.width[0] * cells.width[1],
         }
     }
@@ -119,11 +130,7 @@ impl Hats {
     /// A place with density `hat_k` over the slope plane, for uniform `(a, b)`.
     #[inline(always)]
     pub fn place(&self, [column, row]: [u16; 2], a: f32, b: f32) -> [Spot; 2] {
-        let place = |k: usize, cell: u16, a: f32| {
-            let cell = usize::from(cell);
-            self.tents[k][cell].place(&self.edges[k][cell], a)
-        };
-        [place(0, column, a), place(1, row, b)]
+        [self.tents[0][usize::from(column)].place(a), self.tents[1][usize::from(row)].place(b)]
     }
 }
 
@@ -181,7 +188,7 @@ mod tests {
             for _ in 0..draws {
                 let u = [0, 1].map(|_| rng.uniform() as f32);
                 let spots = hats.place([column as u16, row as u16], u[0], u[1]);
-                let at = [0, 1].map(|k| cells.axes[k].coordinate(f64::from(spots[k].x)));
+                let at = [0, 1].map(|k| cells.axes[k].coordinate(spots[k].x));
                 assert!(hat(&cells, cell, at) > 0.0, "{cell}: {at:?}");
                 // The place between the cells is what a search would find.
                 for (k, own) in [column, row].into_iter().enumerate() {

@@ -2,14 +2,12 @@
 
 pub mod alias;
 pub mod audit;
-mod grid;
 mod hats;
 pub mod reciprocal;
 pub mod rivals;
 mod run;
 mod slabs;
 mod slots;
-mod sources;
 pub mod table_brdf;
 
 pub use alias::AliasTable;

@@ -1,6 +1,6 @@
 //! The numbers of a table as its lookups want them.
 
-use super::grid::Grid;
+use crate::scatter::cells::between;
 use crate::table::{Place, Table};
 use glam::Vec4;
 
@@ -12,8 +12,9 @@ use glam::Vec4;
 pub(super) struct Slabs {
     values: Vec<Vec4>,
     cells: usize,
+    row: usize,
     azimuths: usize,
-    pub grid: Grid,
+    half: [f64; 2],
 }
 
 /// `T` and the density of draws in the slope plane at one place.
@@ -38,26 +39,28 @@ impl Slabs {
                 values.extend((0..cells).map(|k| Vec4::new(a[k] as f32, c[k], b[k] as f32, d[k])));
             }
         }
-        Slabs { values, cells, azimuths, grid: Grid::new(table.cells()) }
+        let half = table.cells().axes.map(|a| f64::from(a.half));
+        Slabs { values, cells, row: table.cells().row_length(), azimuths, half }
     }
 
-    /// Interpolates at a slope between the nodes of `place`; `ISO`: of a table of one azimuth.
+    /// Interpolates at grid coordinates between the nodes of `place`.
     #[inline(always)]
-    pub fn at<const ISO: bool>(&self, place: &Place, [p, q]: [f64; 2]) -> Found {
-        let (from, shares) = self.grid.at(p, q);
-        self.between::<ISO>(place, from, shares)
+    pub fn at(&self, place: &Place, [u, v]: [f64; 2]) -> Found {
+        let (i, s) = between(u, self.half[0]);
+        let (j, t) = between(v, self.half[1]);
+        self.between(place, j * self.row + i, [s as f32, t as f32])
     }
 
     /// The same above the cell `from`, at the shares of the next column and row.
     #[inline(always)]
-    pub fn between<const ISO: bool>(&self, place: &Place, from: usize, shares: [f32; 2]) -> Found {
-        if ISO {
-            return self.of_interval(place.theta, place.u as f32, from, shares);
-        }
+    pub fn between(&self, place: &Place, from: usize, shares: [f32; 2]) -> Found {
         let slab = place.theta * self.azimuths;
-        let near = self.corners(slab + place.phi[0], from, shares);
-        let other = self.corners(slab + place.phi[1], from, shares);
-        blend(near + place.v as f32 * (other - near), place.u as f32)
+        let mut sum = self.corners(slab + place.phi[0], from, shares);
+        if self.azimuths > 1 {
+            let other = self.corners(slab + place.phi[1], from, shares);
+            sum += place.v as f32 * (other - sum);
+        }
+        blend(sum, place.u as f32)
     }
 
     /// The same for a table of one azimuth.
@@ -66,11 +69,15 @@ impl Slabs {
         blend(self.corners(theta, from, shares), upper)
     }
 
+    /// The step from a cell to its neighbour along the second axis.
+    pub fn row(&self) -> usize {
+        self.row
+    }
+
     #[inline(always)]
     fn corners(&self, slab: usize, from: usize, [s, t]: [f32; 2]) -> Vec4 {
-        let row = self.grid.row;
-        let values = &self.values[slab * self.cells + from..][..row + 2];
-        let (near, far) = (&values[..2], &values[row..]);
+        let values = &self.values[slab * self.cells + from..];
+        let (near, far) = (&values[..2], &values[self.row..self.row + 2]);
         let a = near[0] + s * (near[1] - near[0]);
         let b = far[0] + s * (far[1] - far[0]);
         a + t * (b - a)

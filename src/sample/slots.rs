@@ -1,13 +1,12 @@
 //! The alias columns of all nodes as draws want them.
 
 use super::alias::AliasTable;
-use super::grid::piece;
 use crate::scatter::HalfVectorCells;
-use crate::scatter::axis::{at_least, at_most};
+use crate::scatter::axis::{at_least, nearest};
 use crate::table::not_below;
 
 /// Steps of a threshold.
-pub(super) const STEPS: f64 = (1u64 << 32) as f64;
+const STEPS: f64 = (1u64 << 32) as f64;
 
 /// The columns of every node's [`AliasTable`], one after the other, cells by column and row of the grid.
 #[derive(Debug, Clone)]
@@ -16,48 +15,42 @@ pub(super) struct Slots {
     pub nodes: Vec<Range>,
 }
 
-/// One alias column: its threshold, the alias, the own cell and what lies beyond the threshold; 16 bytes, so that it is one
-/// load and never in two cache lines. Cells are column + 2^16 row.
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C, align(16))]
+/// One alias column: the own cell is the second.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Slot {
-    pub words: [u32; 4],
+    pub threshold: u32,
+    pub cells: [[u16; 2]; 2],
 }
 
 /// The slots of one node.
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C, align(8))]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Range {
+    pub count: f64,
     pub first: u32,
-    pub count: u32,
 }
 
-/// Column and row of a cell of a [`Slot`].
-#[inline(always)]
-fn column_and_row(cell: u32) -> [u16; 2] {
-    [cell as u16, (cell >> 16) as u16]
-}
-
-/// Place of `u` in `[0, 1)` among so many columns; rounding never takes it beyond the last.
-#[inline(always)]
-pub(super) fn place(u: f64, count: f64) -> f64 {
-    at_most(at_least(u * count, 1e-12), count * (1.0 - f64::EPSILON * 4.0))
+impl Slot {
+    /// The threshold as a share of the column.
+    #[inline(always)]
+    pub fn threshold(&self) -> f64 {
+        f64::from(self.threshold) * (1.0 / STEPS)
+    }
 }
 
 impl Slots {
     /// The columns of the nodes in order.
     pub fn new<'a>(cells: &HalfVectorCells, aliases: impl Iterator<Item = Option<&'a AliasTable>>) -> Slots {
-        let place = |cell: u32| {
-            let [column, row] = cells.column_and_row(cell as usize);
-            (column | row << 16) as u32
-        };
+        let place = |cell: u32| cells.column_and_row(cell as usize).map(|k| k as u16);
         let (mut slots, mut nodes) = (Vec::new(), Vec::new());
         for alias in aliases {
             let first = slots.len();
-            slots.extend(alias.into_iter().flat_map(AliasTable::columns).map(|c| Slot {
-                words: [c.threshold, place(c.cells[0]), place(c.cells[1]), c.threshold.wrapping_neg()],
-            }));
-            nodes.push(Range { first: first as u32, count: (slots.len() - first) as u32 });
+            slots.extend(
+                alias
+                    .into_iter()
+                    .flat_map(AliasTable::columns)
+                    .map(|column| Slot { threshold: column.threshold, cells: column.cells.map(place) }),
+            );
+            nodes.push(Range { count: (slots.len() - first) as f64, first: first as u32 });
         }
         Slots { slots, nodes }
     }
@@ -67,17 +60,15 @@ impl Slots {
     #[inline(always)]
     pub fn draw(&self, node: usize, u: f64) -> Option<([u16; 2], f32)> {
         let range = self.nodes[node];
-        if range.count == 0 {
-            return None;
-        }
-        let (column, beyond) = piece(place(u, f64::from(range.count)) + 0.5);
-        let rest = at_least(beyond + 0.5, 0.0);
-        let slot = self.slots.get((range.first as usize + column).wrapping_sub(1))?;
-        let threshold = f64::from(slot.words[0]) * (1.0 / STEPS);
+        let place = u * range.count;
+        let (slot, whole) = nearest(at_least(place - 0.5, 0.0));
+        let rest = at_least(place - whole, 0.0);
+        let slot = self.slots.get(range.first as usize + slot)?;
+        let threshold = slot.threshold();
         let other = not_below(rest, threshold);
         let one = f64::from_bits(other & 1f64.to_bits());
         let width = threshold + one * (1.0 - 2.0 * threshold);
         let left = (rest - one * threshold) as f32 / width as f32;
-        Some((column_and_row(slot.words[1 + (!other & 1) as usize]), left))
+        Some((slot.cells[(!other & 1) as usize], left))
     }
 }

@@ -2,10 +2,9 @@
 
 use super::alias::AliasTable;
 use super::hats::Hats;
-use super::run::{self, SourceTables};
+use super::run;
 use super::slabs::{Found, Slabs};
 use super::slots::Slots;
-use super::sources::Sources;
 use crate::error::Result;
 use crate::math::direction;
 use crate::optics::{Brdf, BrdfSample};
@@ -38,17 +37,11 @@ const ALBEDO_LAST: f64 = FRAC_PI_2 * (1.0 - 1e-4);
 pub struct TableBrdf {
     pub(super) table: Table,
     nodes: Vec<Sampler>,
-    pub(super) sources: Sources,
-    pub(super) source_tables: SourceTables,
     pub(super) slots: Slots,
     pub(super) slabs: Slabs,
     pub(super) hats: Hats,
-    /// Per node, for runs: probabilities of core and floor, `f_r` of the floor, reflecting share of the core.
-    pub(super) facts: Vec<[f32; 4]>,
     /// No node has a core or a floor.
-    pub(super) glossy: bool,
-    /// That, and the same at every azimuth.
-    plain: bool,
+    glossy: bool,
     /// Albedo at even steps of theta_i, worked out when first asked for.
     albedo: OnceLock<Vec<f64>>,
 }
@@ -114,25 +107,10 @@ impl TableBrdf {
             })
             .collect::<Result<_>>()?;
         let (nodes, draws): (Vec<Sampler>, Vec<Vec<f32>>) = built.into_iter().unzip();
-        let sources = Sources::new(&table);
-        let source_tables = SourceTables::new(&sources);
         let slabs = Slabs::new(&table, &draws);
         let slots = Slots::new(cells, nodes.iter().map(|node| node.alias.as_ref()));
         let glossy = nodes.iter().all(|node| node.core == 0.0 && node.floor == 0.0);
-        let facts = nodes.iter().map(|n| [n.core, n.floor, n.diffuse, n.core_share].map(|x| x as f32)).collect();
-        Ok(TableBrdf {
-            facts,
-            nodes,
-            sources,
-            source_tables,
-            slots,
-            slabs,
-            hats,
-            glossy,
-            plain: glossy && table.isotropic,
-            albedo: OnceLock::new(),
-            table,
-        })
+        Ok(TableBrdf { nodes, slots, slabs, hats, glossy, albedo: OnceLock::new(), table })
     }
 
     /// The table behind the sampler.
@@ -145,9 +123,9 @@ impl TableBrdf {
         self.nodes[node].alias.as_ref()
     }
 
-    /// Whether [`run`] can draw from it: the same at every azimuth, and a lobe at every node.
+    /// Whether [`run`] can draw from it: the same at every azimuth, a lobe at every node, and nothing else.
     pub(super) fn runs(&self) -> bool {
-        self.table.isotropic && self.slots.nodes.iter().all(|node| node.count > 0)
+        self.glossy && self.table.isotropic && self.slots.nodes.iter().all(|node| node.count > 0.0)
     }
 
     /// Blends what every node says about core and floor.
@@ -179,71 +157,29 @@ impl TableBrdf {
         }
     }
 
-    /// Everything about `wi` that its many `wo` share; `wi` must be above the horizon.
+    /// `f_r` and pdf of `wo` for a `wi`, both above the horizon.
     #[inline(always)]
-    fn incident<const ISO: bool>(&self, wi: DVec3) -> Incident {
-        if ISO { self.sources.incident(wi) } else { self.table.incident(wi) }
-    }
-
-    /// `cos_theta_i cos_theta_r / G`.
-    #[inline(always)]
-    fn cosines(&self, incident: &Incident, cos_theta_r: f64) -> f64 {
-        let cos_theta_i = incident.wi.z;
-        (cos_theta_i + incident.masked) * cos_theta_r + cos_theta_i * self.sources.masked(cos_theta_r)
-    }
-
-    /// `f_r` and pdf of `wo` for a `wi`.
-    #[inline(always)]
-    fn both(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
-        if !(wi.z > HORIZON && wo.z > HORIZON) {
-            (0.0, 0.0)
-        } else if self.plain {
-            self.found::<true>(&self.incident::<true>(wi), wo)
-        } else {
-            self.found_of_any(wi, wo)
-        }
-    }
-
-    /// The same of any table, above the horizon; a call of its own, so that the plain one stays small.
-    #[inline(never)]
-    fn found_of_any(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
-        if self.table.isotropic {
-            self.with_floor(&self.incident::<true>(wi), wo, Self::found::<true>)
-        } else {
-            self.with_floor(&self.incident::<false>(wi), wo, Self::found::<false>)
-        }
-    }
-
-    #[inline(always)]
-    fn with_floor(
-        &self,
-        incident: &Incident,
-        wo: DVec3,
-        found: impl Fn(&Self, &Incident, DVec3) -> (f64, f64),
-    ) -> (f64, f64) {
-        let (rest, pdf) = found(self, incident, wo);
-        let blend = self.blend(&incident.place);
-        (rest + blend.diffuse, pdf + blend.floor * wo.z / PI)
-    }
-
-    /// The same of the glossy rest alone, both above the horizon.
-    #[inline(always)]
-    fn found<const ISO: bool>(&self, incident: &Incident, wo: DVec3) -> (f64, f64) {
-        let sum = incident.wi + wo;
+    fn both(&self, incident: &Incident, wo: DVec3) -> (f64, f64) {
+        let wi = incident.wi;
+        let sum = wi + wo;
         let length2 = sum.length_squared();
         // One division for all that is divided by.
-        let cosines = 4.0 * self.cosines(incident, wo.z);
+        let cosines = 4.0 * incident.cosines(&self.table.masking, wo.z);
         let inverse = 1.0 / (cosines * sum.z);
         let per_z = inverse * cosines;
-        let slope = incident.in_cells(sum * -per_z);
-        let found = self.slabs.at::<ISO>(&incident.place, [slope.x, slope.y]);
+        let slope = incident.in_cells(-sum * per_z);
+        let found = self.slabs.at(&incident.place, self.table.cells.coordinates(slope.x, slope.y));
         // cos_beta = |wi + wo| / 2 and cos_theta_h = sum.z / |wi + wo|.
         let steepness = length2 * per_z * per_z;
-        let reflectance = self.table.material.reflectance_of_square(at_most(0.25 * length2, 1.0));
+        let reflectance = self.table.material.reflectance(0.5 * length2.sqrt());
         let density = f64::from(found.density);
         let rest = incident.balance * reflectance * density * steepness * steepness * inverse * sum.z;
         let pdf = f64::from(found.draws) * 0.5 * steepness * per_z;
-        (rest, pdf)
+        if self.glossy {
+            return (rest, pdf);
+        }
+        let blend = self.blend(&incident.place);
+        (rest + blend.diffuse, pdf + blend.floor * wo.z / PI)
     }
 
     /// A draw whose cell, column and row, comes from `draw(node, u)`, with what is left of `u`.
@@ -255,41 +191,13 @@ impl TableBrdf {
         draw: impl Fn(usize, f64) -> Option<([u16; 2], f32)>,
     ) -> Option<BrdfSample> {
         if !(wi.z > HORIZON) {
-            None
-        } else if self.plain {
-            self.drawn::<true, true>(&self.incident::<true>(wi), u, draw)
-        } else {
-            self.drawn_of_any(wi, u, draw)
+            return None;
         }
-    }
-
-    /// The same of any table, above the horizon; a call of its own, so that the plain one stays small.
-    #[inline(never)]
-    fn drawn_of_any(
-        &self,
-        wi: DVec3,
-        u: [f64; 2],
-        draw: impl Fn(usize, f64) -> Option<([u16; 2], f32)>,
-    ) -> Option<BrdfSample> {
-        if self.table.isotropic {
-            self.drawn::<true, false>(&self.incident::<true>(wi), u, draw)
-        } else {
-            self.drawn::<false, false>(&self.incident::<false>(wi), u, draw)
-        }
-    }
-
-    #[inline(always)]
-    fn drawn<const ISO: bool, const PLAIN: bool>(
-        &self,
-        incident: &Incident,
-        u: [f64; 2],
-        draw: impl Fn(usize, f64) -> Option<([u16; 2], f32)>,
-    ) -> Option<BrdfSample> {
-        let wi = incident.wi;
+        let incident = self.table.incident(wi);
         let place = &incident.place;
-        let blend = if PLAIN { Blend::default() } else { self.blend(place) };
+        let blend = self.blend(place);
         // The second number picks the node and its branch, and what is left of it the place inside the cell.
-        let phis = if ISO { 1 } else { self.table.phi_i.len() };
+        let phis = self.table.phi_i.len();
         let (upper, mut left) = self.table.finder.choose(place, wi.z, u[1]);
         let mut phi = place.phi[0];
         if phis > 1 {
@@ -298,7 +206,7 @@ impl TableBrdf {
         }
         let theta = (place.theta + upper).min(self.table.theta_i.len() - 1);
         let node = theta * phis + phi;
-        if !PLAIN {
+        if !self.glossy {
             let facts = &self.nodes[node];
             if left < facts.core {
                 return Some(BrdfSample {
@@ -309,16 +217,16 @@ impl TableBrdf {
                 });
             }
             if left < facts.core + facts.floor {
-                return self.sample_floor(incident, u[0], (left - facts.core) / facts.floor);
+                return self.sample_floor(&incident, u[0], (left - facts.core) / facts.floor);
             }
             left = at_least((left - facts.core - facts.floor) / (1.0 - facts.core - facts.floor), 0.0);
         }
         let (cell, across) = draw(node, u[0])?;
         let [x, y] = self.hats.place(cell, across, left as f32);
-        let (p, q) = self.table.cells.slope_of([f64::from(x.x), f64::from(y.x)]);
-        let below = (usize::from(cell[1]) + y.beyond - 1) * self.slabs.grid.row + usize::from(cell[0]) + x.beyond - 1;
-        let found = self.slabs.between::<ISO>(place, below, [x.upper, y.upper]);
-        self.reflect::<PLAIN>(incident, &blend, [p, q], found)
+        let (p, q) = self.table.cells.slope_of([x.x, y.x]);
+        let below = (usize::from(cell[1]) + y.beyond - 1) * self.slabs.row() + usize::from(cell[0]) + x.beyond - 1;
+        let found = self.slabs.between(place, below, [x.upper, y.upper]);
+        self.reflect(&incident, &blend, [p, q], found)
     }
 
     /// A draw of the floor, for two uniform numbers.
@@ -329,19 +237,13 @@ impl TableBrdf {
         if z <= HORIZON {
             return None;
         }
-        let (f, pdf) = self.both(incident.wi, wo);
+        let (f, pdf) = self.both(incident, wo);
         Some(BrdfSample { wo, weight: f * wo.z / pdf, pdf, specular: false })
     }
 
     /// The draw of a slope in the frame of the cells.
     #[inline(always)]
-    fn reflect<const PLAIN: bool>(
-        &self,
-        incident: &Incident,
-        blend: &Blend,
-        [p, q]: [f64; 2],
-        found: Found,
-    ) -> Option<BrdfSample> {
+    fn reflect(&self, incident: &Incident, blend: &Blend, [p, q]: [f64; 2], found: Found) -> Option<BrdfSample> {
         let wi = incident.wi;
         let local = incident.in_cells(wi);
         // lean = cos_beta / cos_theta_h.
@@ -353,11 +255,11 @@ impl TableBrdf {
         if !(lean > 0.0 && wo.z > HORIZON) {
             return None;
         }
-        let reflectance = self.table.material.reflectance_of_square(at_most(0.5 * lean * scale, 1.0));
-        let cosines = self.cosines(incident, wo.z);
+        let reflectance = self.table.material.reflectance((0.5 * lean * scale).sqrt());
+        let cosines = incident.cosines(&self.table.masking, wo.z);
         let density = incident.balance * reflectance * f64::from(found.density) * lean * wo.z;
         let draws = f64::from(found.draws);
-        if PLAIN {
+        if self.glossy {
             let pdf = 0.25 * draws * steepness * steepness * steepness * inverse;
             return Some(BrdfSample { wo, weight: density / (cosines * draws), pdf, specular: false });
         }
@@ -371,7 +273,10 @@ impl TableBrdf {
 
 impl Brdf for TableBrdf {
     fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
-        self.both(wi, wo).0
+        if !(wi.z > HORIZON && wo.z > HORIZON) {
+            return 0.0;
+        }
+        self.both(&self.table.incident(wi), wo).0
     }
 
     fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<BrdfSample> {
@@ -383,11 +288,17 @@ impl Brdf for TableBrdf {
     }
 
     fn pdf(&self, wi: DVec3, wo: DVec3) -> f64 {
-        self.both(wi, wo).1
+        if !(wi.z > HORIZON && wo.z > HORIZON) {
+            return 0.0;
+        }
+        self.both(&self.table.incident(wi), wo).1
     }
 
     fn eval_and_pdf(&self, wi: DVec3, wo: DVec3) -> (f64, f64) {
-        self.both(wi, wo)
+        if !(wi.z > HORIZON && wo.z > HORIZON) {
+            return (0.0, 0.0);
+        }
+        self.both(&self.table.incident(wi), wo)
     }
 
     /// Of the interpolated table at azimuth 0; between the nodes the Fresnel reflectance does not run straight.

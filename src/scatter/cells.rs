@@ -162,11 +162,6 @@ impl HalfVectorCells {
         self.locate(p, q)
     }
 
-    /// Rows of the map from a slope to places along the axes, in core cells: factors of p and q, and the constant.
-    pub fn to_places(&self) -> [[f64; 3]; 2] {
-        self.to_x
-    }
-
     /// Grid coordinates of a slope.
     #[inline]
     pub fn coordinates(&self, p: f64, q: f64) -> [f64; 2] {

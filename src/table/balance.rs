@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// Steps between two neighbouring nodes, in the share of the second.
-pub(crate) const STEPS: usize = 4;
+const STEPS: usize = 4;
 /// Steps in cosine from the last node to the horizon.
 const BEYOND: usize = 16;
 /// Azimuths of an anisotropic table, evenly in turn.
@@ -153,12 +153,6 @@ impl Balance {
         let (step, u) = self.step(theta, upper, tangent, cos_theta_i);
         let rows = &self.factor[step..step + 2];
         rows[0] + u * (rows[1] - rows[0])
-    }
-
-    /// Factors of a table that does not depend on the azimuth: [`STEPS`] to an interval and on to the horizon; and how
-    /// many pieces lie beyond the last node.
-    pub fn of_isotropic_steps(&self) -> (&[f64], usize) {
-        (&self.factor, BEYOND)
     }
 
     /// `b(wi)`, interpolated.

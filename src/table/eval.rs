@@ -18,7 +18,7 @@ pub(crate) struct Incident {
     pub wi: DVec3,
     pub place: Place,
     /// Cosine and sine of the turn into the frame of the cells.
-    pub turn: [f64; 2],
+    turn: [f64; 2],
     pub balance: f64,
     /// `L(cos_theta_i)` of the masking.
     pub masked: f64,

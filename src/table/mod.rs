@@ -10,7 +10,7 @@ mod masking;
 mod mesh;
 mod nodes;
 
-pub(crate) use balance::{STEPS as BALANCE_STEPS, albedos, mesh};
+pub(crate) use balance::{albedos, mesh};
 pub(crate) use eval::Incident;
 pub use file::FORMAT_VERSION;
 pub(crate) use masking::Masking;

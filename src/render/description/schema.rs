@@ -90,8 +90,6 @@ pub struct Material {
     pub wavelength_nm: Option<f64>,
     pub method: Option<String>,
     pub surface: Option<String>,
-    #[serde(default)]
-    pub flags: Vec<String>,
 }
 
 #[derive(Deserialize)]

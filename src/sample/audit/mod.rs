@@ -137,9 +137,6 @@ impl Moments {
     }
 }
 
-/// Draws asked for at once.
-const TOGETHER: usize = 1024;
-
 fn row(brdf: &dyn Brdf, error_of: Option<ErrorOf>, options: &Options, number: u64, theta: f64, phi: f64) -> Row {
     let wi = direction(theta, phi);
     let mut rng = CounterRng::new(options.seed, 11, number);
@@ -159,16 +156,8 @@ fn row(brdf: &dyn Brdf, error_of: Option<ErrorOf>, options: &Options, number: u6
     let (mut asymmetry, mut energy) = (0.0, 0.0);
     let mut sigma = Moments::default();
     let mut weight_error = 0.0f64;
-    // The pilot was drawn one by one, these many at a time: both ways are held against the pdf.
-    let numbers = |_| {
-        let u: Vec<[f64; 2]> = (0..TOGETHER).map(|_| [rng.uniform(), rng.uniform()]).collect();
-        let mut drawn = vec![None; TOGETHER];
-        brdf.sample_many(&[wi; TOGETHER], &u, &mut drawn);
-        drawn
-    };
-    let drawn = (0..options.draws.div_ceil(TOGETHER as u64)).flat_map(numbers);
-    for (draw, s) in (0..options.draws).zip(drawn) {
-        let Some(s) = s else {
+    for draw in 0..options.draws {
+        let Some(s) = brdf.sample(wi, [rng.uniform(), rng.uniform()]) else {
             nothing += 1.0;
             weights.add(0.0);
             continue;
