@@ -1,14 +1,15 @@
 //! What `auto` chooses for a map, what the next costlier method would have changed, and whether it was within the tolerance.
 
+use super::patches::{counted, counted_by_places, tabulated};
+use super::surface::{GLASS, Surface};
+use crate::bench::method::Distance::Moved;
 use crate::error::Result;
 use crate::heightmap::HeightMap;
-use crate::math::direction;
-use crate::optics::{Brdf, Material};
-use crate::sample::TableBrdf;
-use crate::scatter::detectors::{Detectors, Rings};
-use crate::scatter::{Decision, Method, Options, Symmetry, scatter};
+use crate::scatter::facet_sum::{Azimuth, facet_sum};
+use crate::scatter::{Decision, Method, Options, Scatter, Selection, scatter};
 use crate::table::{Provenance, Table};
 use serde::Serialize;
+use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::time::Instant;
 
@@ -17,10 +18,13 @@ pub const ANGLES: [f64; 5] = [0.0, 20.0, 45.0, 60.0, 75.0];
 /// Shares of the energy that may be wrong.
 pub const TOLERANCES: [f64; 3] = [0.05, 0.01, 0.001];
 
-/// Directions per comparison.
-const DRAWS: u32 = 16384;
+/// Source azimuths over which the light of an isotropic table is counted.
+const AZIMUTHS: u32 = 24;
+/// Beams of the reference per incident angle, where azimuths are averaged: from 4 to 16 azimuths per facet.
+const BEAMS: f64 = 8e6;
 
-/// What served one incident angle, and how far it is from the costlier methods.
+/// What served one incident angle, and how far it is from the costlier methods. Distances are shares of the light that lie in
+/// another patch of Klems.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     pub map: String,
@@ -28,6 +32,8 @@ pub struct Row {
     pub theta_i_deg: f64,
     /// Rayleigh parameter.
     pub rayleigh_g: f64,
+    /// Whether the table is the average over source azimuths; if not, rows are of the source at azimuth 0.
+    pub isotropic: bool,
     /// `slope distribution`, `facet visibility` or `waves`.
     pub taken: String,
     /// Time of the whole table by `auto` over all angles.
@@ -36,69 +42,100 @@ pub struct Row {
     pub next: Option<String>,
     /// Time of the whole table by it.
     pub next_seconds: Option<f64>,
-    /// Share of the energy, over the patches of Klems, that it puts elsewhere.
     pub next_moves: Option<f64>,
-    /// The same against every facet with its visibility; `None` where waves serve.
+    /// From the table of every facet with its visibility in the same cells, and the error of that table; `None` where waves serve.
     pub from_facets: Option<f64>,
-    /// The same against waves.
+    pub from_facets_se: Option<f64>,
+    /// From the same facets counted into the patches without a table, and the error of that count: what the cells add.
+    pub from_count: Option<f64>,
+    pub from_count_se: Option<f64>,
+    /// Expected distance between the count and the surface, of which the map is a sample: from sixteen places of the map.
+    pub map_error: f64,
+    /// From waves. Where waves serve themselves: from those at the finest tolerance.
     pub from_waves: Option<f64>,
     /// Where waves may not be believed themselves (too steep, too curved or too much hidden), they judge nobody.
     pub waves_hold: bool,
     /// Within the tolerance of the costliest method that holds.
     pub within: bool,
+    /// The cells, too, move less than the tolerance, or than another map of the surface would.
+    pub resolved: bool,
 }
 
-/// How one method served all angles.
+impl Row {
+    /// Within `tolerance`, given the standard error of what is compared with.
+    fn holds(&self, off: Option<f64>, error: Option<f64>) -> bool {
+        off.is_none_or(|off| off <= self.tolerance + error.unwrap_or(0.0))
+    }
+}
+
+/// One table over all angles.
 struct Served {
-    brdf: TableBrdf,
-    decisions: Vec<Decision>,
+    found: Scatter,
+    table: Table,
     seconds: f64,
 }
 
-fn serve(map: &HeightMap, method: Method, tolerance: f64) -> Result<Served> {
-    let options = Options {
-        method,
-        tolerance,
-        material: Material::Dielectric { n: 1.5 },
-        theta_i: ANGLES.map(f64::to_radians).to_vec(),
-        // One azimuth: an average over azimuths would add the chance of which facet is lit from where.
-        symmetry: Symmetry::Anisotropic,
-        phi_i: vec![0.0],
-        ..Options::default()
-    };
-    let start = Instant::now();
-    let found = scatter(map, &options, &|_| ())?;
-    let decisions = found.decisions.clone();
-    let brdf = TableBrdf::new(Table::from_scatter(&found, Provenance::default()))?;
-    Ok(Served { brdf, decisions, seconds: start.elapsed().as_secs_f64() })
+impl Served {
+    fn new(map: &HeightMap, method: Method, tolerance: f64) -> Result<Served> {
+        let theta_i = ANGLES.map(f64::to_radians).to_vec();
+        // An anisotropic table is judged at one azimuth; the others are served alike, by facets of their own.
+        let options = Options { method, tolerance, material: GLASS, theta_i, phi_i: vec![0.0], ..Options::default() };
+        let start = Instant::now();
+        let found = scatter(map, &options, &|_| ())?;
+        let table = Table::from_scatter(&found, Provenance::default());
+        Ok(Served { found, table, seconds: start.elapsed().as_secs_f64() })
+    }
+
+    /// Where the light from the azimuth 0 goes.
+    fn patches(&self, theta_i: f64) -> Vec<f64> {
+        tabulated(&self.table, theta_i, 0.0)
+    }
+
+    /// The same table of every facet with its visibility, lit so many times where azimuths are averaged.
+    fn by_every_facet(&self, surface: &Surface, times: f64) -> Served {
+        let start = Instant::now();
+        let mut found = self.found.clone();
+        for (k, decision) in self.found.decisions.iter().enumerate().filter(|d| !d.1.wave) {
+            let sum = |phi: &f64| {
+                let azimuth = if found.isotropic { Azimuth::Averaged } else { Azimuth::Fixed(*phi) };
+                let selection = Selection::share(times);
+                facet_sum(&surface.walk(), &self.found.cells, decision.theta_i, azimuth, &selection).tally()
+            };
+            found.tallies[k] = self.found.phi_i.iter().map(sum).collect();
+        }
+        let table = Table::from_scatter(&found, Provenance::default());
+        Served { found, table, seconds: start.elapsed().as_secs_f64() }
+    }
 }
 
-/// `1/2 sum |A_k - B_k| / sum B_k` over the patches of Klems: the share of the light that lies elsewhere, mirror beam included.
-///
-/// The patches of both are integrated over the same directions, drawn half from each.
-fn moved(a: &TableBrdf, b: &TableBrdf, theta_i: f64) -> f64 {
-    let patches = Rings::klems();
-    let wi = direction(theta_i, 0.0);
-    let mut energy = vec![[0.0; 2]; patches.len()];
-    let place = |k: u32, step: f64| (0.5 + step * f64::from(k)).fract();
-    // Shares of the draws that are not spent on the mirror beam are known through the density itself.
-    for k in 0..DRAWS {
-        let u = [place(k, 0.754_877_666_246_692_7), place(k, 0.569_840_290_998_053_3)];
-        let Some(s) = (if k % 2 == 0 { a.sample(wi, u) } else { b.sample(wi, u) }) else { continue };
-        if s.specular {
-            continue;
+/// All facets counted without a table.
+struct Count {
+    patches: Vec<f64>,
+    /// Of the average over azimuths; 0 for one azimuth.
+    error: f64,
+    map_error: f64,
+}
+
+impl Count {
+    /// For the source at azimuth 0, or for all azimuths: the difference of every other one tells the error.
+    fn new(surface: &Surface, theta_i: f64, isotropic: bool) -> Count {
+        let walk = surface.walk();
+        let map_error = counted_by_places(&walk, theta_i);
+        if !isotropic {
+            return Count { patches: counted(&walk, theta_i, 0.0, &Selection::default()), error: 0.0, map_error };
         }
-        let ((fa, pa), (fb, pb)) = (a.eval_and_pdf(wi, s.wo), b.eval_and_pdf(wi, s.wo));
-        let weight = s.wo.z / (0.5 * (pa + pb)) / f64::from(DRAWS);
-        let sums = &mut energy[patches.index(wi, s.wo)];
-        sums[0] += fa * weight;
-        sums[1] += fb * weight;
+        let mut halves = [0, 1].map(|_| vec![0.0; 0]);
+        for k in 0..AZIMUTHS {
+            let phi = TAU * f64::from(k) / f64::from(AZIMUTHS);
+            let own = counted(&walk, theta_i, phi, &Selection::default());
+            let half = &mut halves[k as usize % 2];
+            half.resize(own.len(), 0.0);
+            half.iter_mut().zip(own).for_each(|(sum, e)| *sum += 2.0 * e / f64::from(AZIMUTHS));
+        }
+        let error = 0.5 * Moved.between(&halves[0], &halves[1]);
+        let patches = halves[0].iter().zip(&halves[1]).map(|(a, b)| 0.5 * (a + b)).collect();
+        Count { patches, error, map_error }
     }
-    let mirror = patches.index(wi, direction(theta_i, std::f64::consts::PI));
-    energy[mirror][0] += a.specular_core(wi);
-    energy[mirror][1] += b.specular_core(wi);
-    let whole: f64 = energy.iter().map(|e| e[1]).sum();
-    0.5 * energy.iter().map(|e| (e[0] - e[1]).abs()).sum::<f64>() / whole.max(f64::MIN_POSITIVE)
 }
 
 /// What `auto` does with `map` at every tolerance and angle.
@@ -106,69 +143,121 @@ fn moved(a: &TableBrdf, b: &TableBrdf, theta_i: f64) -> f64 {
 /// # Errors
 /// `Error::Parameter` for a map without facets.
 pub fn choose(map: &HeightMap, name: &str, tolerances: &[f64]) -> Result<Vec<Row>> {
-    let finest = tolerances.iter().copied().fold(0.01, f64::min);
-    let facets = serve(map, Method::Facets, finest)?;
-    let waves = serve(map, Method::Kirchhoff, 0.01)?;
+    let surface = Surface::new(map, name)?;
+    let waves = Served::new(map, Method::Kirchhoff, 0.01)?;
+    let mut finest_first = tolerances.to_vec();
+    finest_first.sort_by(f64::total_cmp);
+    let mut counts: Vec<Count> = Vec::new();
+    // Waves serve the same angles at every tolerance; the finest cells judge the others.
+    let mut finest: Vec<Vec<f64>> = Vec::new();
     let mut rows = Vec::new();
-    for &tolerance in tolerances {
-        let auto = serve(map, Method::Auto, tolerance)?;
-        for (k, d) in auto.decisions.iter().enumerate() {
-            let judge = &waves.decisions[k];
-            let waves_hold = judge.undersampled <= tolerance.max(0.01)
-                && judge.tangent_plane >= 1.0
-                && judge.unfollowed <= 0.5 * tolerance;
-            let from_waves = Some(moved(&auto.brdf, &waves.brdf, d.theta_i));
-            let from_facets = (!d.wave).then(|| moved(&auto.brdf, &facets.brdf, d.theta_i));
-            let (taken, next, next_seconds, next_moves) = match (d.wave, d.visibility) {
-                (true, _) => ("waves", None, None, None),
-                (false, true) => ("facet visibility", Some("waves"), Some(waves.seconds), from_waves),
-                (false, false) => ("slope distribution", Some("facet visibility"), Some(facets.seconds), from_facets),
-            };
-            rows.push(Row {
-                map: name.to_owned(),
-                tolerance,
-                theta_i_deg: d.theta_i.to_degrees(),
-                rayleigh_g: d.rayleigh,
-                taken: taken.to_owned(),
-                seconds: auto.seconds,
-                next: next.map(str::to_owned),
-                next_seconds,
-                next_moves,
-                from_facets,
-                from_waves,
-                waves_hold,
-                within: from_facets.is_none_or(|moved| moved <= tolerance),
-            });
+    for &tolerance in &finest_first {
+        let auto = Served::new(map, Method::Auto, tolerance)?;
+        let times = (BEAMS / surface.statistics.facets as f64).ceil().clamp(4.0, 16.0);
+        let facets = auto.by_every_facet(&surface, times);
+        let fewer = auto.found.isotropic.then(|| auto.by_every_facet(&surface, times / 4.0));
+        for (k, d) in auto.found.decisions.iter().enumerate() {
+            if counts.len() <= k {
+                counts.push(Count::new(&surface, d.theta_i, auto.found.isotropic));
+            }
+            let own = auto.patches(d.theta_i);
+            if finest.len() <= k {
+                finest.push(own.clone());
+            }
+            rows.push(row(name, tolerance, k, &own, &auto, (&facets, fewer.as_ref()), &waves, &counts[k], &finest[k]));
         }
     }
+    // As they were asked for.
+    let place = |row: &Row| tolerances.iter().position(|t| *t == row.tolerance);
+    rows.sort_by_key(place);
     Ok(rows)
+}
+
+#[expect(clippy::too_many_arguments, reason = "one row compares all there is")]
+fn row(
+    name: &str,
+    tolerance: f64,
+    k: usize,
+    own: &[f64],
+    auto: &Served,
+    (facets, fewer): (&Served, Option<&Served>),
+    waves: &Served,
+    count: &Count,
+    finest: &[f64],
+) -> Row {
+    let d: &Decision = &auto.found.decisions[k];
+    let judge = &waves.found.decisions[k];
+    let by_rays = |value: f64| (!d.wave).then_some(value);
+    let every = facets.patches(d.theta_i);
+    let from_facets = by_rays(Moved.between(own, &every));
+    // The error of an average falls with the number of azimuths: that of a quarter is four times as large.
+    let chance = fewer.map_or(0.0, |fewer| Moved.between(&fewer.patches(d.theta_i), &every) / 3.0);
+    let from_waves = Moved.between(own, if d.wave { finest.to_vec() } else { waves.patches(d.theta_i) }.as_slice());
+    let (taken, next, next_seconds, next_moves) = match (d.wave, d.visibility) {
+        (true, _) => ("waves", None, None, None),
+        (false, true) => ("facet visibility", Some("waves"), Some(waves.seconds), Some(from_waves)),
+        (false, false) => ("slope distribution", Some("facet visibility"), Some(facets.seconds), from_facets),
+    };
+    let mut row = Row {
+        map: name.to_owned(),
+        tolerance,
+        theta_i_deg: d.theta_i.to_degrees(),
+        rayleigh_g: d.rayleigh,
+        isotropic: auto.found.isotropic,
+        taken: taken.to_owned(),
+        seconds: auto.seconds,
+        next: next.map(str::to_owned),
+        next_seconds,
+        next_moves,
+        from_facets,
+        from_facets_se: by_rays(chance),
+        from_count: by_rays(Moved.between(own, &count.patches)),
+        from_count_se: by_rays(count.error),
+        map_error: count.map_error,
+        from_waves: Some(from_waves),
+        waves_hold: judge.undersampled <= tolerance.max(0.01)
+            && judge.tangent_plane >= 1.0
+            && judge.unfollowed <= 0.5 * tolerance,
+        within: false,
+        resolved: false,
+    };
+    row.within = if d.wave { row.holds(row.from_waves, None) } else { row.holds(row.from_facets, row.from_facets_se) };
+    row.resolved =
+        row.holds(row.from_count, row.from_count_se) || row.from_count.is_some_and(|off| off <= row.map_error);
+    row
 }
 
 /// One row per map, tolerance and angle.
 pub fn csv(rows: &[Row], machine: &super::Machine) -> String {
     let mut csv = format!(
-        "# {machine}\nmap,tolerance,theta_i_deg,rayleigh_g,taken,seconds,next,next_seconds,next_moves,from_facets,from_waves,\
-         waves_hold,within\n"
+        "# {machine}\nmap,tolerance,theta_i_deg,rayleigh_g,isotropic,taken,seconds,next,next_seconds,next_moves,from_facets,\
+         from_facets_se,from_count,from_count_se,map_error,from_waves,waves_hold,within,resolved\n"
     );
     let number = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.3e}"));
     for r in rows {
         // Writing to a string cannot fail.
         let _ = writeln!(
             csv,
-            "\"{}\",{},{:.0},{:.4e},{},{:.3e},{},{},{},{},{},{},{}",
+            "\"{}\",{},{:.0},{:.4e},{},{},{:.3e},{},{},{},{},{},{},{},{:.3e},{},{},{},{}",
             r.map.replace('"', "\"\""),
             r.tolerance,
             r.theta_i_deg,
             r.rayleigh_g,
+            r.isotropic,
             r.taken,
             r.seconds,
             r.next.as_deref().unwrap_or("none"),
             number(r.next_seconds),
             number(r.next_moves),
             number(r.from_facets),
+            number(r.from_facets_se),
+            number(r.from_count),
+            number(r.from_count_se),
+            r.map_error,
             number(r.from_waves),
             r.waves_hold,
-            r.within
+            r.within,
+            r.resolved
         );
     }
     csv

@@ -1,5 +1,6 @@
 //! The measured rungs as CSV and as charts.
 
+use super::equal_time::equal_time;
 use super::machine::Machine;
 use super::method::Family;
 use super::runner::Rung;
@@ -34,7 +35,7 @@ pub fn accuracy_chart(families: &[Family], rungs: &[Rung], surface: &str, machin
         .iter()
         .map(|family| Panel {
             title: family.title.clone(),
-            note: family.reference.text.clone(),
+            note: note(family, rungs),
             x: (Quantity::Seconds, "time (median; bar: shortest to longest)".into()),
             y: (error_quantity(family), family.error.into()),
             series: series(family, rungs, |r| r.seconds, None),
@@ -43,6 +44,15 @@ pub fn accuracy_chart(families: &[Family], rungs: &[Rung], surface: &str, machin
         })
         .collect();
     panels("Accuracy against time", &list, &footer(surface, machine))
+}
+
+/// What the family rests on, and how facets and rays compare in the same time.
+fn note(family: &Family, rungs: &[Rung]) -> String {
+    let reference = &family.reference;
+    match equal_time(family, rungs) {
+        Some(found) => format!("{}; {found}", reference.text),
+        None => reference.text.clone(),
+    }
 }
 
 /// Rays and facets: how many per second, and the error against their number.

@@ -6,15 +6,18 @@
 
 pub mod budgets;
 pub mod choice;
+pub mod equal_time;
 pub mod evidence;
 pub mod families;
 pub mod machine;
 pub mod method;
+pub mod patches;
 pub mod runner;
 pub mod scaling;
 pub mod stopwatch;
 pub mod surface;
 
+pub use equal_time::{EqualTime, equal_time};
 pub use evidence::{accuracy_chart, counts_chart, rungs_csv};
 pub use machine::Machine;
 pub use method::{Answer, Distance, Family, Method, Reference};

@@ -21,20 +21,23 @@ pub struct Arguments {
     /// Height map to scatter off, or with --choice several [default: a synthetic map; with --choice the bundled series]
     #[arg(value_name = "MAP")]
     maps: Vec<PathBuf>,
-    /// Time for all methods together, such as 60s or 5min
-    #[arg(long, value_parser = duration, default_value = "60s", value_name = "TIME")]
-    budget: Duration,
+    /// Time for all methods together, such as 60s or 5min [default: 60s; for --scaling 4min]
+    #[arg(long, value_parser = duration, value_name = "TIME")]
+    budget: Option<Duration>,
     /// Folder for the results; made if absent
     #[arg(short, long, value_name = "DIR", default_value = "bench")]
     output: PathBuf,
-    /// Show what auto takes at tolerances of 5, 1 and 0.1 %, and what costlier methods would have changed
+    /// Show what auto takes at several tolerances, and what costlier methods would have changed
     #[arg(long, conflicts_with_all = ["scaling", "budgets"])]
     choice: bool,
+    /// Tolerances of --choice [default: 5%,1%,0.1%]
+    #[arg(long, value_delimiter = ',', value_parser = share, requires = "choice", value_name = "LIST")]
+    tolerance: Vec<f64>,
     /// Measure cost against map size, rays, incident angles and threads
     #[arg(long, conflicts_with = "budgets")]
     scaling: bool,
     /// Largest map of --scaling, points per side
-    #[arg(long, default_value_t = 4096, value_name = "POINTS")]
+    #[arg(long, default_value_t = 8192, value_name = "POINTS")]
     largest: usize,
     /// Measure every budget of the design on one thread
     #[arg(long)]
@@ -50,6 +53,16 @@ pub struct Arguments {
     /// One size of --scaling, in a process of its own so that its memory is its own
     #[arg(long, hide = true)]
     one_size: Option<usize>,
+}
+
+/// `1%` or `0.01`, above 0 and below 1.
+fn share(text: &str) -> Result<f64, String> {
+    let number =
+        text.trim().strip_suffix('%').map_or_else(|| text.trim().parse(), |t| t.parse().map(|v: f64| v / 100.0));
+    match number {
+        Ok(v) if v > 0.0 && v < 1.0 => Ok(v),
+        _ => Err(format!("`{text}` is no tolerance; write 1% or 0.01")),
+    }
 }
 
 /// `60s`, `2min` or a plain number of seconds.
@@ -119,13 +132,14 @@ fn evidence(a: &Arguments, machine: &Machine, json: bool) -> anyhow::Result<()> 
     let about = surface.describe();
     let bar = Bar::new("references", 1);
     // The reference of scattering grows with the budget, whatever the machine: the same budget, the same errors.
-    let rays = (a.budget.as_secs_f64() * 2.5e5).clamp(1e5, 1e8) as u64;
+    let budget = a.budget.unwrap_or(Duration::from_secs(60));
+    let rays = (budget.as_secs_f64() * 2.5e5).clamp(1e5, 1e8) as u64;
     let material = families::Material::new(surface, rays)?;
     let families = families::all(&material, &|share| bar.set(0, share))?;
     bar.finish();
     let bar = Bar::new("methods", 1);
     let plan = Plan {
-        budget: a.budget.saturating_sub(start.elapsed()).max(a.budget / 4),
+        budget: budget.saturating_sub(start.elapsed()).max(budget / 4),
         repeats: a.repeats as usize,
         seed: a.seed,
     };
@@ -137,7 +151,10 @@ fn evidence(a: &Arguments, machine: &Machine, json: bool) -> anyhow::Result<()> 
         .iter()
         .map(|f| json!({ "family": f.id, "reference": f.reference.text, "reference_error": f.reference.noise }))
         .collect();
-    let whole = json!({ "machine": machine, "surface": about, "references": references, "rungs": rungs });
+    let equal_time: Vec<_> = families.iter().filter_map(|f| bench::equal_time(f, &rungs)).collect();
+    let whole = json!({
+        "machine": machine, "surface": about, "references": references, "equal_time": equal_time, "rungs": rungs
+    });
     save_text(&serde_json::to_string_pretty(&whole)?, &a.output, "bench.json", &mut outputs)?;
     save(&bench::accuracy_chart(&families, &rungs, &about, machine), &a.output, "accuracy_vs_time", &mut outputs)?;
     save(&bench::counts_chart(&families, &rungs, &about, machine), &a.output, "scatter_counts", &mut outputs)?;
@@ -158,6 +175,9 @@ fn evidence(a: &Arguments, machine: &Machine, json: bool) -> anyhow::Result<()> 
         ]);
     }
     println!("{table}\nThe costliest rung of each method that fitted in, and the defaults; all rungs in the CSV.");
+    for found in &equal_time {
+        println!("{}: {found}", found.family);
+    }
     say_wrote(&outputs);
     println!("{:.1} s", start.elapsed().as_secs_f64());
     Ok(())
@@ -214,10 +234,11 @@ fn chosen(a: &Arguments, machine: &Machine, json: bool) -> anyhow::Result<()> {
         let load = |path: &PathBuf| Ok((file_name(path), a.map.load(path)?.map));
         a.maps.iter().map(load).collect::<crate::error::Result<_>>()?
     };
+    let tolerances = if a.tolerance.is_empty() { &choice::TOLERANCES[..] } else { &a.tolerance };
     let bar = Bar::new("choice", maps.len());
     let mut rows = Vec::new();
     for (k, (name, map)) in maps.iter().enumerate() {
-        rows.extend(choice::choose(map, name, &choice::TOLERANCES)?);
+        rows.extend(choice::choose(map, name, tolerances)?);
         bar.set(k, 1.0);
     }
     bar.finish();
@@ -237,6 +258,8 @@ fn chosen(a: &Arguments, machine: &Machine, json: bool) -> anyhow::Result<()> {
         "next costlier",
         "moves",
         "off facets",
+        "off count",
+        "map",
         "off waves",
         "",
     ]);
@@ -252,15 +275,29 @@ fn chosen(a: &Arguments, machine: &Machine, json: bool) -> anyhow::Result<()> {
             r.next.clone().unwrap_or_else(|| "none".to_owned()),
             percent(r.next_moves),
             percent(r.from_facets),
+            percent(r.from_count),
+            percent(Some(r.map_error)),
             percent(r.from_waves),
-            if r.within { String::new() } else { "BEYOND".to_owned() },
+            match (r.within, r.resolved) {
+                (true, true) => String::new(),
+                (true, false) => "cells".to_owned(),
+                (false, _) => "BEYOND".to_owned(),
+            },
         ]);
     }
     println!(
-        "{shown}\nShares of the light that the other method puts into other Klems patches; time of the table of all angles."
+        "{shown}\nShares of the light that lie in other Klems patches: of the next costlier method, of every facet with its \
+         visibility in the same cells, of the same facets counted without a table, of another map of the surface, of waves. Time \
+         of the table of all angles."
     );
-    let beyond = rows.iter().filter(|r| !r.within).count();
-    println!("{beyond} of {} choices lie beyond their tolerance of every facet with its visibility.", rows.len());
+    let count = |test: fn(&choice::Row) -> bool| rows.iter().filter(|r| test(r)).count();
+    println!(
+        "{} of {} choices lie beyond their tolerance of the costliest method that holds; the cells of {} move more than \
+         that and than another map would.",
+        count(|r| !r.within),
+        rows.len(),
+        count(|r| !r.resolved)
+    );
     say_wrote(&outputs);
     Ok(())
 }
@@ -274,7 +311,8 @@ fn scaled(a: &Arguments, machine: &Machine, json: bool) -> anyhow::Result<()> {
     let mut last = 0.0;
     for (k, &side) in sides.iter().enumerate() {
         // Four times the points take four times as long.
-        if start.elapsed().as_secs_f64() + 4.0 * last > a.budget.as_secs_f64() {
+        let budget = a.budget.unwrap_or(Duration::from_secs(240));
+        if start.elapsed().as_secs_f64() + 4.0 * last > budget.as_secs_f64() {
             eprintln!("note: {side} points per side and more do not fit into the budget; raise --budget");
             break;
         }
@@ -352,6 +390,8 @@ mod tests {
         for bad in ["", "s", "-3s", "soon", "0s", "nans"] {
             assert!(duration(bad).is_err(), "{bad}");
         }
+        assert_eq!((share("1%"), share("0.05")), (Ok(0.01), Ok(0.05)));
+        assert!(share("100%").is_err() && share("-1%").is_err() && share("x").is_err());
         assert_eq!(seconds(0.0123), "12.30 ms");
         assert_eq!(short(1e7), "1.0e7");
     }

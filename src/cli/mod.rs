@@ -87,11 +87,26 @@ enum Verb {
     Models(models::Arguments),
 }
 
+/// A reader that has gone away, such as `head`, is no failure of this program: it leaves without a word, with the code that a
+/// shell reports for a closed pipe. `println!` panics on one, and nothing else tells.
+fn leave_when_nobody_reads() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let words = panic.payload().downcast_ref::<String>().map_or("", String::as_str);
+        let closed = ["Broken pipe", "pipe is being closed"].iter().any(|word| words.contains(word));
+        if words.starts_with("failed printing to std") && closed {
+            crate::output::abandon(141);
+        }
+        usual(panic);
+    }));
+}
+
 /// Runs the command line. Exit code 0 done, 1 failed, 2 usage.
 pub fn run() -> std::process::ExitCode {
     let cli = Cli::parse();
     // 130 is what a shell reports for a program ended by Ctrl-C.
     let _ = ctrlc::set_handler(|| crate::output::abandon(130));
+    leave_when_nobody_reads();
     if let Some(threads) = cli.threads {
         // Only the first call can set the pool, and this is it.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
@@ -132,9 +147,6 @@ pub fn run() -> std::process::ExitCode {
 
 /// Prints one JSON object.
 fn print_json(value: &serde_json::Value) -> anyhow::Result<()> {
-    use std::io::Write;
-    let mut out = std::io::stdout().lock();
-    serde_json::to_writer_pretty(&mut out, value)?;
-    writeln!(out)?;
+    println!("{}", serde_json::to_string_pretty(value)?);
     Ok(())
 }

@@ -117,10 +117,11 @@ fn open(wanted: &Wanted, folder: &Path) -> Result<Box<dyn Brdf>> {
     let mut flags = vec![format!("--wavelength={}nm", wanted.wavelength * 1e9)];
     flags.extend(wanted.method.map(|m| format!("--method={m}")));
     flags.extend(wanted.surface.map(|m| format!("--material={m}")));
+    flags.extend(wanted.flags.iter().cloned());
     let flags = SourceFlags::try_parse_from(flags).map_err(|e| {
         let text = e.to_string();
         let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
-        Error::parameter(first, "`asperity brdf --help` lists the methods")
+        Error::parameter(first, "`asperity gloss --help` lists what may be said of a height map")
     })?;
     let beside = folder.join(wanted.source);
     let source = if beside.exists() { beside.to_string_lossy().into_owned() } else { wanted.source.to_owned() };

@@ -106,7 +106,7 @@ fn parameters(html: &mut String, settings: &Settings) {
     };
     let rows = [
         ("method", format!("{:?}", s.method).to_lowercase()),
-        ("material", format!("{:?}", s.material)),
+        ("material", s.material.to_string()),
         ("wavelength", format!("{:.1} nm", settings.wavelength * 1e9)),
         ("band", format!("{:.1} nm", s.wave.band * 1e9)),
         ("incident angles", format!("{}\u{b0}", list(&s.theta_i))),

@@ -7,7 +7,7 @@ use super::facet_sum::{Azimuth, facet_sum};
 use super::kirchhoff::{Wave, WaveDensity, WaveField};
 use super::rays::trace_rays;
 use super::run::{Run, fingerprint};
-use super::selection::{Footprint, Selection};
+use super::selection::{Footprint, Selection, enough};
 use super::slope_histogram::SlopeDensity;
 use super::tally::Tally;
 use crate::error::{Error, Result};
@@ -17,11 +17,11 @@ use crate::math::direction;
 use crate::optics::Material;
 use serde::{Deserialize, Serialize};
 
-/// Facets that `auto` asks about visibility per incident polar angle, over all azimuths. The slope distribution comes from
-/// all facets; only the visible share of each cell is estimated, to better than the map-to-map scatter.
-const BEAMS_PER_ANGLE: u64 = 1 << 19;
-/// ... but at least so many per direction.
-const FEWEST_BEAMS: u64 = 1 << 16;
+/// Facets that `auto` asks about visibility at least, per incident polar angle of an average over azimuths and per direction
+/// otherwise; more where the tolerance asks for them. The slope distribution comes from all facets; only the visible share of
+/// each cell is estimated.
+const FEWEST_AVERAGED: u64 = 1 << 19;
+const FEWEST_FIXED: u64 = 1 << 16;
 
 /// How to scatter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
@@ -196,14 +196,19 @@ pub fn scatter_run(
         max_bounces: options.bounces,
         steepest: if part.is_some() { SlopeStatistics::measure(map)?.steepest } else { statistics.steepest },
     };
-    let share = match options.method {
-        // Every azimuth of an anisotropic table asks its own facets, so fewer per azimuth do.
-        Method::Auto | Method::Geometric | Method::Kirchhoff => {
-            let wanted = (BEAMS_PER_ANGLE / phi_i.len() as u64).max(FEWEST_BEAMS);
-            wanted as f64 / statistics.facets as f64
-        }
-        Method::Facets | Method::Rays => 1.0,
-    };
+    for decision in &mut decisions {
+        let hidden = decision.predicted_shadowed + decision.predicted_blocked;
+        let enough = enough(hidden, options.tolerance, statistics.facets, isotropic);
+        decision.asked = match options.method {
+            _ if !decision.visibility => 0.0,
+            Method::Auto | Method::Geometric | Method::Kirchhoff => {
+                let fewest = if isotropic { FEWEST_AVERAGED } else { FEWEST_FIXED };
+                (fewest as f64 / statistics.facets as f64).min(1.0).max(enough)
+            }
+            Method::Facets => enough.max(1.0),
+            Method::Rays => 1.0,
+        };
+    }
     let nodes = (decisions.len() * phi_i.len()) as f64;
     run.check(&fingerprint(map, options, "table"), phi_i.len() * decisions.iter().filter(|d| d.visibility).count())?;
     // The slices of the wave take longer than all that is made of them.
@@ -230,7 +235,7 @@ pub fn scatter_run(
                 wave.tally(&cells, direction(theta_i, phi), mirror, &options.material, &hiding)
             } else if decision.visibility {
                 let sum = run.sum(|part| {
-                    let selection = Selection { share, part, footprint: options.footprint };
+                    let selection = Selection { share: decision.asked, part, footprint: options.footprint };
                     if options.method == Method::Rays {
                         trace_rays(&walk, &cells, theta_i, azimuth, options.rays, options.seed, &selection)
                     } else {

@@ -31,6 +31,9 @@ pub struct Decision {
     pub tangent_plane: f64,
     /// Share of the light that the wave calculation does not follow: hidden by Smith's factor or sent below the horizon.
     pub unfollowed: f64,
+    /// Share of the facets that were asked about visibility; above 1: all, each for so many azimuths of the source.
+    #[serde(default)]
+    pub asked: f64,
     /// Largest hidden share that the slope distribution may leave to Smith's function: a tenth of the tolerance.
     pub limit: f64,
 }
@@ -59,7 +62,13 @@ impl std::fmt::Display for Decision {
             (true, false) => "rays, visibility traced without need",
             (false, _) => "rays, slope distribution",
         };
-        write!(f, "{how}: {hidden}, {against} {:.3} %; g = {g:.3}", 100.0 * self.limit)
+        write!(f, "{how}: {hidden}, {against} {:.3} %; g = {g:.3}", 100.0 * self.limit)?;
+        match self.asked {
+            // Rays ask no facet, and of all there is nothing to say.
+            share if share == 0.0 || share == 1.0 => Ok(()),
+            share if share < 1.0 => write!(f, "; {:.1} % of the facets asked", 100.0 * share),
+            azimuths => write!(f, "; every facet asked for {azimuths:.0} azimuths of the source"),
+        }
     }
 }
 
@@ -115,6 +124,7 @@ impl<'a> Judge<'a> {
             undersampled: self.plane.undersampled(self.statistics, theta_i, wavelength),
             tangent_plane: self.plane.brekhovskikh(theta_i, wavelength),
             unfollowed: 0.0,
+            asked: 0.0,
             limit: 0.1 * self.options.tolerance,
         }
     }

@@ -105,7 +105,9 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
         let (mut top, mut bottom) = (Vec::new(), Vec::new());
         let mut lanes = Lanes::default();
         let mut sights = None;
-        for row in (band * SIDE).max(lit.rows[0])..((band + 1) * SIDE).min(lit.rows[1]) {
+        let rows = (band * SIDE).max(lit.rows[0])..((band + 1) * SIDE).min(lit.rows[1]);
+        let (passes, share) = self.passes();
+        for (pass, row) in (0..passes).flat_map(|pass| rows.clone().map(move |row| (pass, row))) {
             for (line, row) in [(&mut top, row), (&mut bottom, row + 1)] {
                 slopes::vertices(map, row, line);
                 // What is not lit is as good as missing.
@@ -114,8 +116,8 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
                 line.resize(runs * RUN + 1, f32::NAN);
             }
             for run in lit.columns[0] / RUN..lit.columns[1].div_ceil(RUN) {
-                let id = (row * runs + run) as f64;
-                if (id * PLASTIC).fract() >= self.share {
+                let id = ((pass * field.cells()[1] + row) * runs + run) as f64;
+                if (id * PLASTIC).fract() >= share {
                     continue;
                 }
                 let (phi, turn) = self.azimuth.of((id * GOLDEN).fract());
@@ -149,6 +151,12 @@ impl<D: Detectors + ?Sized> FacetSum<'_, D> {
                 }
             }
         }
+    }
+
+    /// How often the facets are gone through, and the share that is lit each time: every pass has azimuths of its own.
+    fn passes(&self) -> (usize, f64) {
+        let passes = if self.azimuth == Azimuth::Averaged { self.share.ceil().max(1.0) } else { 1.0 };
+        (passes as usize, self.share / passes)
     }
 
     /// Whether no block of the run can be hidden from the source.

@@ -119,13 +119,11 @@ impl Table {
     }
 }
 
-/// Cells with fewer facets keep their own count: a ratio of small numbers would add noise.
-const ENOUGH_FACETS: u64 = 8;
-
 /// `T` of the glossy rest per cell.
 ///
-/// A facet sum knows which facets it asked: multiplying by (density of all facets) / (density of those asked) leaves it
-/// only the visible share to estimate.
+/// A facet sum knows which facets it asked: multiplying what they reflect at once by (density of all facets) / (density of those
+/// asked) leaves it only the visible share to estimate. Where none was asked Smith's share stands in. Light that bounced more
+/// than once comes from other facets than those of its cell and is taken as it is.
 fn cell_densities(
     scatter: &Scatter,
     masking: &Masking,
@@ -147,13 +145,20 @@ fn cell_densities(
             if weight.seen < SEEN_ENOUGH * cells.area(k) || weight.reflected <= 0.0 {
                 return below.map_or_else(|| scatter.density.density[k], |b| b[k]);
             }
-            let mut energy = share(tally, k);
-            if let Some(&n) = tally.asked.get(k)
-                && n >= ENOUGH_FACETS
-            {
-                let asked_density = n as f64 / (asked as f64 * cells.area(k));
-                energy *= scatter.density.density[k] * (1.0 - scatter.density.core).recip() / asked_density;
-            }
+            let energy = match tally.asked.get(k) {
+                None => share(tally, k),
+                Some(&n) => {
+                    let [first, later @ ..] = tally.by_bounce[k].map(|e| e / tally.incident.max(f64::MIN_POSITIVE));
+                    let density = scatter.density.density[k];
+                    let at_once = if n > 0 {
+                        let asked_density = n as f64 / (asked as f64 * cells.area(k));
+                        first * density * (1.0 - scatter.density.core).recip() / asked_density
+                    } else {
+                        density * weight.reflected
+                    };
+                    at_once + later.iter().sum::<f64>()
+                }
+            };
             (energy - diffuse * projected[k] / hemisphere).max(0.0) / weight.reflected
         })
         .collect()
@@ -161,20 +166,42 @@ fn cell_densities(
 
 /// One step of the iteration `T <- T + (T_k - mean of interpolated T over cell k)`: linear interpolation of cell means
 /// widens a lobe by a quarter of the squared cell width, this takes the widening back. Over half a cell the straight line to
-/// the neighbour's value has the mean 3/4 and 1/4, so the mean over the cell weighs 1/8, 3/4, 1/8 along each axis.
+/// the neighbour's value has the mean 3/4 and 1/4, so the mean over the cell weighs 1/8, 3/4, 1/8 along each axis, and
+/// `T_k - mean` is a sum of flows `w (T_k - T_j)` from each neighbour j. A cell that would give more than it has gives what it
+/// has: cut off at zero instead, the flows would add light wherever single facets stand alone.
 fn keep_cell_means(cells: &HalfVectorCells, density: &mut [f64]) {
     let row = cells.row_length();
-    let inside = |k: usize| !cells.is_border(k);
-    let mean = |values: &[f64], k: usize, step: usize| 0.75 * values[k] + 0.125 * (values[k - step] + values[k + step]);
-    let mut across = vec![0.0; density.len()];
-    for k in 1..density.len() - 1 {
-        across[k] = mean(density, k, 1);
-    }
-    for k in row..density.len() - row {
-        if inside(k) {
-            density[k] = (2.0 * density[k] - mean(&across, k, row)).max(0.0);
-        }
-    }
+    let [side, corner] = [0.125 * 0.75, 0.125 * 0.125];
+    let flows = [(1, side), (row, side), (row + 1, corner), (row - 1, corner)];
+    let given: Vec<f64> = (0..density.len())
+        .map(|k| {
+            if cells.is_border(k) {
+                return 0.0;
+            }
+            let to = |j: usize, w: f64| if cells.is_border(j) { 0.0 } else { w * (density[j] - density[k]).max(0.0) };
+            flows.iter().map(|&(step, w)| to(k - step, w) + to(k + step, w)).sum()
+        })
+        .collect();
+    let part = |k: usize| if given[k] > density[k] { density[k] / given[k] } else { 1.0 };
+    let limited: Vec<f64> = (0..density.len())
+        .map(|k| {
+            if cells.is_border(k) {
+                return density[k];
+            }
+            let from = |j: usize, w: f64| {
+                let flow = w * (density[k] - density[j]);
+                // What lies beyond the border takes nothing, and gives nothing.
+                match flow {
+                    f if f > 0.0 => f * if cells.is_border(j) { 1.0 } else { part(j) },
+                    f => f * part(k),
+                }
+            };
+            let flow: f64 = flows.iter().map(|&(step, w)| from(k - step, w) + from(k + step, w)).sum();
+            // A cell that gives all it has may be left with less than nothing by rounding.
+            (density[k] + flow).max(0.0)
+        })
+        .collect();
+    density.copy_from_slice(&limited);
 }
 
 /// Share of the incident energy that a cell received.

@@ -219,6 +219,16 @@ fn asperity(arguments: &[&str], folder: &Path) -> (bool, String, String) {
     (output.status.success(), text(output.stdout), text(output.stderr))
 }
 
+/// A square of heights as numpy writes it.
+fn npy(side: usize) -> Vec<u8> {
+    let head = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({side}, {side}), }}");
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(format!("{head:<117}\n").bytes());
+    let heights = (0..side * side).map(|k| ((k % side * 7 + k / side * 5) % 11) as f32 * 0.01);
+    bytes.extend(heights.flat_map(f32::to_le_bytes));
+    bytes
+}
+
 #[test]
 fn the_command_renders_reads_back_and_refuses() {
     let folder = tempfile::tempdir().unwrap();
@@ -242,6 +252,20 @@ fn the_command_renders_reads_back_and_refuses() {
         same && std::fs::read(folder.path().join("a.exr")).unwrap()
             == std::fs::read(folder.path().join("b.exr")).unwrap()
     );
+    // A map without units is told them by the flags of its material.
+    std::fs::write(folder.path().join("h.npy"), npy(64)).unwrap();
+    let floor = |flags: &str| {
+        let material = format!("[materials.map]\nsource = \"h.npy\"\n{flags}\n");
+        let text = std::fs::read_to_string(folder.path().join("s.toml")).unwrap();
+        std::fs::write(folder.path().join("m.toml"), format!("{text}{material}")).unwrap();
+        run(&["render", "m.toml", "-o", "m.exr", "--spp", "1"])
+    };
+    let (done, _, err) = floor("");
+    assert!(!done && err.contains("h.npy") && err.contains("--unit"), "{err}");
+    let (done, _, err) = floor("flags = [\"--pitch=1um\", \"--unit=um\"]");
+    assert!(done, "{err}");
+    let (done, _, err) = floor("flags = [\"--pich=1um\"]");
+    assert!(!done && err.contains("--pich") && err.contains("line"), "{err}");
     let (explained, page, _) = run(&["render", "--explain"]);
     assert!(explained && page.contains("field_of_view_deg") && page.contains("W/(m2 sr)"));
     for (arguments, what) in [

@@ -1,6 +1,7 @@
 //! Where the light of one incident direction goes: shares of the energy in the 145 patches of Klems.
 
 use crate::bench::method::{Distance, Family, Method, Reference, half_decades};
+use crate::bench::patches::shares;
 use crate::bench::surface::{GLASS, Surface, WAVELENGTH};
 use crate::facets::distribution::Hiding;
 use crate::facets::slopes;
@@ -27,14 +28,6 @@ const BATCH: u64 = 1 << 14;
 /// The seed of the reference is none that a repeat uses.
 const REFERENCE_SEED: u64 = 0x5eed_0000;
 
-/// Share of the incident energy per patch.
-fn shares(tally: &Tally) -> Vec<f64> {
-    let mut shares: Vec<f64> = tally.energy.iter().map(|e| e / tally.incident.max(f64::MIN_POSITIVE)).collect();
-    // An exactly flat facet: the light of the mirror direction, which these maps hardly have.
-    shares[0] += tally.core / tally.incident.max(f64::MIN_POSITIVE);
-    shares
-}
-
 /// The family at an incident angle \[deg\]; its reference is `reference_rays` traced rays, bounces and all.
 pub fn family<'a>(surface: &'a Surface<'a>, theta_deg: f64, reference_rays: u64) -> Family<'a> {
     let theta_i = theta_deg.to_radians();
@@ -43,10 +36,10 @@ pub fn family<'a>(surface: &'a Surface<'a>, theta_deg: f64, reference_rays: u64)
         let selection = Selection::default();
         trace_rays(&surface.walk(), &Rings::klems(), theta_i, Azimuth::Fixed(0.0), rays, seed, &selection).tally()
     };
-    let reference = by_rays(reference_rays, REFERENCE_SEED);
-    // A normal error is 0.8 standard deviations off on average; half of that counts, as in the distance.
-    let noise: f64 = (0..reference.energy.len()).map(|k| 0.4 * reference.fraction(k).standard_error).sum();
-    let noise = noise / reference.book().escaped.max(f64::MIN_POSITIVE);
+    // Two halves of other seeds: half their distance is the error of their mean.
+    let halves = [0, 1].map(|k| shares(&by_rays(reference_rays / 2, REFERENCE_SEED + k)));
+    let noise = 0.5 * Distance::Moved.between(&halves[0], &halves[1]);
+    let reference: Vec<f64> = halves[0].iter().zip(&halves[1]).map(|(a, b)| 0.5 * (a + b)).collect();
     let taken = taken(surface, theta_i);
     let facets = surface.statistics.facets as f64;
     let by_density = move |tolerance: f64, hiding: &Hiding| {
@@ -62,14 +55,14 @@ pub fn family<'a>(surface: &'a Surface<'a>, theta_deg: f64, reference_rays: u64)
         distance: Distance::Moved,
         reference: Reference {
             text: format!(
-                "145 Klems patches against {:.3} million traced rays of another seed; without the time of the block pyramid",
+                "145 Klems patches against {:.3} million traced rays of other seeds; without the time of the block pyramid",
                 reference_rays as f64 / 1e6
             ),
-            values: shares(&reference),
+            values: reference,
             noise,
         },
         methods: vec![
-            Method::new("naive rays, random places", "rays", half_decades(3, 8), move |rays, seed| {
+            Method::new(RAYS, "rays", half_decades(3, 8), move |rays, seed| {
                 shares(&random_rays(surface, wi, rays as u64, seed).tally()).into()
             })
             .random()
@@ -106,8 +99,11 @@ pub fn family<'a>(surface: &'a Surface<'a>, theta_deg: f64, reference_rays: u64)
     family
 }
 
+/// The plain estimator, which others are compared with at equal time.
+pub const RAYS: &str = "naive rays, random places";
+
 /// The three ways that `auto` may take.
-const FACETS: &str = "facet sum, visibility";
+pub const FACETS: &str = "facet sum, visibility";
 const SLOPES: &str = "slope distribution, Smith";
 const WAVES: &str = "Kirchhoff (wave)";
 

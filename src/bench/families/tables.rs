@@ -107,12 +107,14 @@ pub fn family<'a>() -> Family<'a> {
             Method::new("finer cells", "cell tolerance", [0.04, 0.01, 0.0025], move |tol, _| {
                 table(&for_cells, &Options::default().theta_i, tol)
             })
-            .taken_at(0.01),
+            .taken_at(0.01)
+            .hungry(2.0),
             Method::new("more angles", "angles", [3.0, 6.0, 12.0, 24.0], move |n, _| {
                 let step = 88.0 / (n - 1.0);
                 let theta_i: Vec<f64> = (0..n as u32).map(|k| (step * f64::from(k)).to_radians()).collect();
                 table(&for_angles, &theta_i, 0.01)
-            }),
+            })
+            .hungry(2.0),
         ],
     }
 }

@@ -29,6 +29,8 @@ pub struct Wanted<'a> {
     pub method: Option<&'a str>,
     /// What a height map is made of; `None` if the file does not say.
     pub surface: Option<&'a str>,
+    /// More flags for a height map, such as `--pitch=0.5um`.
+    pub flags: &'a [String],
 }
 
 /// Opens a SOURCE.
@@ -122,6 +124,7 @@ fn plain(m: &Material, span: &Range<usize>, name: &str, place: &Place, open: &Op
         let only = [
             ("method", m.method.is_some()),
             ("surface", m.surface.is_some()),
+            ("flags", !m.flags.is_empty()),
             ("wavelength_nm", m.wavelength_nm.is_some()),
         ];
         if let Some((key, _)) = only.iter().find(|k| k.1) {
@@ -138,7 +141,8 @@ fn plain(m: &Material, span: &Range<usize>, name: &str, place: &Place, open: &Op
                 return Err(bad("wavelength_nm", "key `wavelength_nm` is not above 0".into(), "give for example 550"));
             }
             let at = |wavelength: f64| {
-                let wanted = Wanted { source, wavelength, method: m.method.as_deref(), surface: m.surface.as_deref() };
+                let (method, surface) = (m.method.as_deref(), m.surface.as_deref());
+                let wanted = Wanted { source, wavelength, method, surface, flags: &m.flags };
                 open(&wanted)
                     .map_err(|e| place.error_in(span, "source", format!("material `{name}`: {}", said(&e)), mend(&e)))
             };

@@ -90,6 +90,8 @@ pub struct Material {
     pub wavelength_nm: Option<f64>,
     pub method: Option<String>,
     pub surface: Option<String>,
+    #[serde(default)]
+    pub flags: Vec<String>,
 }
 
 #[derive(Deserialize)]
