@@ -215,23 +215,46 @@ fn many_draws_are_single_draws() {
     }
 }
 
+/// The value at the brightest of the four cells between which a lookup interpolates; `None` if one lies below the horizon.
+fn brightest_corner(brdf: &TableBrdf, wi: DVec3, wo: DVec3) -> Option<f64> {
+    let cells = brdf.table().cells();
+    let angle = if brdf.table().is_isotropic() { phi(wi) } else { 0.0 };
+    let turned = |x: f64, y: f64, angle: f64| {
+        let (s, c) = angle.sin_cos();
+        (c * x - s * y, s * x + c * y)
+    };
+    let sum = wi + wo;
+    let (p, q) = turned(-sum.x / sum.z, -sum.y / sum.z, -angle);
+    let at = |cell: usize| {
+        let (p, q) = cells.slope_in(cell, 0.5, 0.5);
+        let (p, q) = turned(p, q, angle);
+        let wo = facing(p, q, wi).filter(|f| f.wo.z > 0.01)?.wo;
+        Some(brdf.table().eval(wi, wo))
+    };
+    cells.stencil(p, q).iter().map(|&(cell, _)| at(cell)).try_fold(0.0, |most, f| Some(f64::max(most, f?)))
+}
+
 /// The sampler's lookups, in f32 and without searching, are those of the table in f64: at nodes, between and beyond them, for
-/// light from above and along the horizon, near the lobe and far from it.
+/// light from above and along the horizon, near the lobe and far from it. A share of f32 is off by 6e-8 of the cells that
+/// it lies between.
 #[test]
 fn lookups_are_those_of_the_table() {
     let mirror = table(&rough([1e-6; 2], [0.0; 2]), Symmetry::Isotropic, Material::Mirror);
     for brdf in tables().iter().chain([&mirror]) {
         let mut rng = CounterRng::new(31, 0, 0);
-        let peak = brdf.table().eval(DVec3::Z, DVec3::Z);
+        let mut compared = 0;
         for k in 0..40_000 {
             let theta_i = if k % 5 == 0 { 20f64.to_radians() } else { FRAC_PI_2 * rng.uniform() };
             let wi = if k % 97 == 0 { DVec3::Z } else { direction(theta_i, TAU * rng.uniform()) };
             let drawn = brdf.sample(wi, [rng.uniform(), rng.uniform()]).filter(|_| k % 2 == 0).map(|s| s.wo);
             let wo = drawn.unwrap_or_else(|| direction(FRAC_PI_2 * rng.uniform(), TAU * rng.uniform()));
             let (fast, honest) = (brdf.eval(wi, wo), brdf.table().eval(wi, wo));
-            assert!((fast - honest).abs() < 2e-6 * honest + 1e-9 * peak, "{fast} {honest} for {wi} {wo}");
             assert_eq!((fast, brdf.pdf(wi, wo)), brdf.eval_and_pdf(wi, wo));
+            let Some(corner) = brightest_corner(brdf, wi, wo) else { continue };
+            assert!((fast - honest).abs() <= 1e-6 * honest.max(corner), "{fast} {honest} {corner} for {wi} {wo}");
+            compared += 1;
         }
+        assert!(compared > 20_000, "{compared}");
     }
 }
 
