@@ -39,10 +39,6 @@ pub fn tiled(map: &HeightMap, times: usize) -> HeightMap {
     HeightMap { heights, ..map.clone() }
 }
 
-/// Points per side up to which the wave calculation is measured: beyond, a single angle takes minutes and its cost is known to
-/// grow with the points.
-const LARGEST_FOR_WAVES: usize = 2048;
-
 /// Times of a map of `side` points across, and the memory that its facets take beyond its heights, where the system tells.
 ///
 /// To be called once per process: the peak of the memory is that of the process.
@@ -79,9 +75,7 @@ pub fn one_size(side: usize) -> Result<Vec<Cost>> {
         ("facet sum at 75\u{b0}", again(first[3], &|| median_of(3, || sum(75.0)))),
     ];
     costs.extend(seconds.iter().map(|(work, t)| cost("map side", at, work, *t, "s")));
-    if side <= LARGEST_FOR_WAVES {
-        costs.push(cost("map side", at, "Kirchhoff at 45\u{b0}", timed(|| waves(&map)).1, "s"));
-    }
+    costs.push(cost("map side", at, "Kirchhoff at 45\u{b0}", timed(|| waves(&map)).1, "s"));
     Ok(costs)
 }
 
@@ -181,8 +175,7 @@ pub fn chart(costs: &[Cost], machine: &super::Machine) -> Drawing {
             floor: None,
         }
     };
-    let surface =
-        "Sdq 0.16, pitch 0.5 \u{b5}m, the map of 256 points tiled; Kirchhoff, one angle, to 2048 points a side";
+    let surface = "Sdq 0.16, pitch 0.5 \u{b5}m, the map of 256 points tiled; Kirchhoff: one angle";
     let linear = |text: &str, slope: f64| Some((slope, text.to_owned()));
     let list = vec![
         panel(
