@@ -251,7 +251,9 @@ fn lookups_are_those_of_the_table() {
             let (fast, honest) = (brdf.eval(wi, wo), brdf.table().eval(wi, wo));
             assert_eq!((fast, brdf.pdf(wi, wo)), brdf.eval_and_pdf(wi, wo));
             let Some(corner) = brightest_corner(brdf, wi, wo) else { continue };
-            assert!((fast - honest).abs() <= 1e-6 * honest.max(corner), "{fast} {honest} {corner} for {wi} {wo}");
+            // Cells are kept in f32, whose range ends at 1e-38.
+            let close = (fast - honest).abs() <= 1e-6 * honest.max(corner) + 1e-30;
+            assert!(close, "{fast} {honest} {corner} for {wi} {wo}");
             compared += 1;
         }
         assert!(compared > 20_000, "{compared}");
