@@ -55,7 +55,7 @@ pub fn family<'a>(surface: &'a Surface<'a>, theta_deg: f64, reference_rays: u64)
         distance: Distance::Moved,
         reference: Reference {
             text: format!(
-                "145 Klems patches against {:.3} million traced rays of other seeds; without the time of the block pyramid",
+                "145 Klems patches against {:.1} million traced rays of other seeds; without the time of the block pyramid",
                 reference_rays as f64 / 1e6
             ),
             values: reference,
