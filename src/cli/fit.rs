@@ -129,13 +129,8 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         }
     }
     if json {
-        let parameters: Vec<_> = found
-            .parameters
-            .iter()
-            .map(|p| json!({ "name": p.name, "value": p.value, "standard_error": p.standard_error }))
-            .collect();
         return print_json(&json!({
-            "source": text, "model": fitted.to_string(), "parameters": parameters, "values": data.list.len(),
+            "source": text, "model": fitted.to_string(), "parameters": found.parameters, "values": data.list.len(),
             "chi2": found.chi2, "dof": found.dof, "chi2_per_dof": found.chi2_per_dof(),
             "rms_log_error": found.rms_log_error, "residual": format!("{:?}", options.residual).to_lowercase(),
             "standard_errors_from": error_source, "weights": format!("{:?}", options.weights).to_lowercase(),

@@ -100,11 +100,6 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let chi2_per_dof = found.chi2 / found.dof as f64;
     let albedo = found.definition.build(550e-9)?.albedo(20f64.to_radians());
     if json {
-        let parameters: Vec<_> = found
-            .parameters
-            .iter()
-            .map(|p| json!({ "name": p.name, "value": p.value, "standard_error": p.standard_error }))
-            .collect();
         let steps: Vec<_> = found
             .steps
             .iter()
@@ -117,7 +112,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         let bands: Vec<_> = bands.iter().map(band_json).collect();
         return print_json(&json!({
             "bands": bands, "theta_i_deg": spectrum.map(|s| s.theta_i.to_degrees()),
-            "model": found.definition.to_string(), "parameters": parameters, "steps": steps, "chi2": found.chi2,
+            "model": found.definition.to_string(), "parameters": found.parameters, "steps": steps, "chi2": found.chi2,
             "dof": found.dof, "chi2_per_dof": chi2_per_dof, "albedo_20_deg": albedo,
             "warnings": found.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         }));
@@ -159,12 +154,9 @@ fn of_band(band: &Band) -> String {
 }
 
 fn band_json(band: &Band) -> serde_json::Value {
-    let parameters: Vec<_> = (band.parameters.iter())
-        .map(|p| json!({ "name": p.name, "value": p.value, "standard_error": p.standard_error }))
-        .collect();
     json!({
         "wavelength_nm": band.wavelength * 1e9, "scale": band.scale.value, "scale_error": band.scale.standard_error,
-        "parameters": parameters, "model": band.definition.to_string(),
+        "parameters": band.parameters, "model": band.definition.to_string(),
     })
 }
 

@@ -63,14 +63,8 @@ static PLANS: [Plan; 7] = [
         heading: "Metallic paint with coarse and with fine flakes",
         width: 720,
         samples: 128,
-        max_reflections: 3,
-        exposure: 1.0,
         finishes: vases::flakes,
-        scene: vases::scene,
-        aspect: vases::aspect,
-        camera: |n, aspect| vases::view(n).camera(aspect),
-        column: |k, n| vases::view(n).column(vases::foot(k, n)),
-        modes: PLAIN,
+        ..VASES
     },
     Plan {
         name: "fig11",
@@ -95,14 +89,8 @@ static PLANS: [Plan; 7] = [
         heading: "Metallic paint without a clear coat",
         width: 880,
         samples: 96,
-        max_reflections: 3,
-        exposure: 1.0,
         finishes: vases::colours,
-        scene: vases::scene,
-        aspect: vases::aspect,
-        camera: |n, aspect| vases::view(n).camera(aspect),
-        column: |k, n| vases::view(n).column(vases::foot(k, n)),
-        modes: PLAIN,
+        ..VASES
     },
     Plan {
         name: "fig14",
@@ -134,6 +122,17 @@ const TILES: Plan = Plan {
     camera: |n, aspect| tiles::stage(n)?.camera(aspect),
     column: |k, n| tiles::stage(n).map_or(0.5, |s| s.column(k)),
     modes: PLAIN,
+};
+
+/// What the figures of vases share.
+const VASES: Plan = Plan {
+    max_reflections: 3,
+    finishes: vases::flakes,
+    scene: vases::scene,
+    aspect: vases::aspect,
+    camera: |n, aspect| vases::view(n).camera(aspect),
+    column: |k, n| vases::view(n).column(vases::foot(k, n)),
+    ..TILES
 };
 
 /// What the user may choose; `None` leaves the figure's own choice.

@@ -58,7 +58,7 @@ impl Options {
 }
 
 /// One parameter found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct FittedParameter {
     pub name: String,
     pub value: f64,
