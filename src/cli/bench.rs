@@ -31,7 +31,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["scaling", "budgets"])]
     choice: bool,
     /// Tolerances of --choice [default: 5%,1%,0.1%]
-    #[arg(long, value_delimiter = ',', value_parser = share, requires = "choice", value_name = "LIST")]
+    #[arg(long, value_delimiter = ',', value_parser = super::quantity::tolerance, requires = "choice", value_name = "LIST")]
     tolerance: Vec<f64>,
     /// Measure cost against map size, rays, incident angles and threads
     #[arg(long, conflicts_with = "budgets")]
@@ -53,16 +53,6 @@ pub struct Arguments {
     /// One size of --scaling, in a process of its own so that its memory is its own
     #[arg(long, hide = true)]
     one_size: Option<usize>,
-}
-
-/// `1%` or `0.01`, above 0 and below 1.
-fn share(text: &str) -> Result<f64, String> {
-    let number =
-        text.trim().strip_suffix('%').map_or_else(|| text.trim().parse(), |t| t.parse().map(|v: f64| v / 100.0));
-    match number {
-        Ok(v) if v > 0.0 && v < 1.0 => Ok(v),
-        _ => Err(format!("`{text}` is no tolerance; write 1% or 0.01")),
-    }
 }
 
 /// `60s`, `2min` or a plain number of seconds.

@@ -107,6 +107,16 @@ pub fn percentage(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("`{text}` is not a percentage below 100 %; write it with its sign, such as 2%"))
 }
 
+/// `1%` or `0.01`, above 0 and below 1.
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    let number =
+        text.trim().strip_suffix('%').map_or_else(|| text.trim().parse(), |t| t.parse().map(|v: f64| v / 100.0));
+    match number {
+        Ok(v) if v > 0.0 && v < 1.0 => Ok(v),
+        _ => Err(format!("`{text}` is no tolerance; write 1% or 0.01")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -38,7 +38,7 @@ pub struct ScatterOptions {
     symmetry: SymmetryFlag,
     /// Share of the energy that may go astray: decides the size of the cells, how many incident angles a table keeps, and
     /// whether visibility is computed
-    #[arg(long, default_value_t = 0.01)]
+    #[arg(long, value_parser = quantity::tolerance, default_value = "1%")]
     tolerance: f64,
     /// Rays per incident direction of --method rays
     #[arg(long, default_value_t = 1_000_000)]

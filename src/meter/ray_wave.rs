@@ -7,7 +7,8 @@
 //! the stops, waves the phase integral through a table of one angle. The question is that of McKnight, Vorburger et al.,
 //! J. Res. NIST 106, 2001, and of physics text books since Beckmann and Spizzichino 1963.
 
-use super::facets::{Azimuths, facet_gloss};
+use super::facets::Azimuths;
+use super::traced::traced_gloss;
 use super::validity::{check_waves, rayleigh_parameter};
 use super::{Geometry, Options, gloss};
 use crate::error::{Error, Result};
@@ -101,10 +102,10 @@ impl Plan {
         let theta_i = geometry.theta_i;
         let map = self.surface(sq, acl, theta_i)?;
         let geometries = std::slice::from_ref(geometry);
-        let ray = facet_gloss(&map, &self.material, geometries, &Azimuths::All)?.gloss[0];
         let mut options = scatter::Options { method: Method::Kirchhoff, theta_i: vec![theta_i], ..Default::default() };
         options.material = self.material;
         options.wave.wavelength = self.wavelength;
+        let ray = traced_gloss(&map, geometries, &Azimuths::All, &options)?.gloss[0];
         let scattered = scatter(&map, &options, &|_| ())?;
         let doubt = scattered.decisions.iter().any(|d| !check_waves(d).is_empty());
         let brdf = TableBrdf::new(Table::from_scatter(&scattered, Provenance::default()))?;
