@@ -2,7 +2,7 @@
 
 use super::paint::{Paint, Pattern};
 use super::spectral::{ColourDraw, Spectral};
-use crate::math::frame::{DVec3, direction, reflect};
+use crate::math::frame::{DVec3, direction, reflect, sin_cos_turns};
 use crate::optics::brdf::Brdf;
 use std::f64::consts::TAU;
 
@@ -30,6 +30,8 @@ pub struct Coat<'a> {
     /// Whether it has a specular core and nothing else: no lamp can be asked for.
     delta: bool,
     has_core: bool,
+    /// Coats of one reflector have one number in a scene.
+    group: usize,
 }
 
 /// Everything a shape can be covered with.
@@ -53,6 +55,17 @@ impl<'a> From<Material<'a>> for Cover<'a> {
     }
 }
 
+impl Reflector<'_> {
+    /// Whether both are one and the same; values without a size have no place to tell them apart by.
+    fn is(&self, other: &Reflector) -> bool {
+        match (self, other) {
+            (Reflector::Grey(a), Reflector::Grey(b)) => std::ptr::addr_eq(*a, *b) && size_of_val(*a) > 0,
+            (Reflector::Spectral(a), Reflector::Spectral(b)) => std::ptr::eq(*a, *b),
+            _ => false,
+        }
+    }
+}
+
 impl<'a> Coat<'a> {
     /// A coat whose tint is linear RGB, to be kept at or below 1.
     pub fn new(reflector: Reflector<'a>, tint: DVec3) -> Self {
@@ -67,7 +80,7 @@ impl<'a> Coat<'a> {
         };
         let has_core = angles.iter().any(|&t| core(t) > 0.0);
         let delta = has_core && angles.iter().all(|&t| albedo(t) <= core(t) * (1.0 + 1e-9));
-        Coat { reflector, tint, delta, has_core }
+        Coat { reflector, tint, delta, has_core, group: 0 }
     }
 
     /// Whether only a specular core reflects.
@@ -76,61 +89,69 @@ impl<'a> Coat<'a> {
         self.delta
     }
 
-    /// `f_r` per channel and the density of [`Self::sample`].
     #[inline(always)]
-    pub(super) fn eval_and_pdf(&self, wi: DVec3, wo: DVec3) -> (DVec3, f64) {
-        match self.reflector {
-            Reflector::Grey(brdf) => {
-                let (f_r, pdf) = brdf.eval_and_pdf(wi, wo);
-                (f_r * self.tint, pdf)
-            }
-            Reflector::Spectral(spectral) => {
-                let (f_r, pdf) = spectral.eval_and_pdf(wi, wo);
-                (f_r * self.tint, pdf)
-            }
+    pub(super) fn tint(&self) -> DVec3 {
+        self.tint
+    }
+
+    #[inline(always)]
+    pub(super) fn group(&self) -> usize {
+        self.group
+    }
+
+    /// The BRDF, if it is one for all channels.
+    #[inline(always)]
+    pub(super) fn grey(&self) -> Option<&'a dyn Brdf> {
+        if let Reflector::Grey(brdf) = self.reflector { Some(brdf) } else { None }
+    }
+
+    /// `f_r` per channel without tint, and the density of [`Self::sample`], of many pairs.
+    #[inline(always)]
+    pub(super) fn evaluate(&self, wi: &[DVec3], wo: &[DVec3], found: &mut [(DVec3, f64)]) {
+        for ((wi, wo), found) in wi.iter().zip(wo).zip(found) {
+            *found = match self.reflector {
+                Reflector::Grey(brdf) => {
+                    let (f_r, pdf) = brdf.eval_and_pdf(*wi, *wo);
+                    (DVec3::splat(f_r), pdf)
+                }
+                Reflector::Spectral(spectral) => spectral.eval_and_pdf(*wi, *wo),
+            };
         }
     }
 
-    /// A direction by the BRDF's own density.
+    /// A direction by the BRDF's own density; the weight is without tint.
     #[inline(always)]
     pub(super) fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<ColourDraw> {
         match self.reflector {
-            Reflector::Grey(brdf) => {
-                let draw = brdf.sample(wi, u)?;
-                Some(ColourDraw {
-                    wo: draw.wo,
-                    weight: draw.weight * self.tint,
-                    pdf: draw.pdf,
-                    specular: draw.specular,
-                })
-            }
-            Reflector::Spectral(spectral) => {
-                let draw = spectral.sample(wi, u)?;
-                Some(ColourDraw { weight: draw.weight * self.tint, ..draw })
-            }
+            Reflector::Grey(brdf) => brdf.sample(wi, u).map(ColourDraw::from),
+            Reflector::Spectral(spectral) => spectral.sample(wi, u),
         }
     }
 
-    /// A direction uniform over the hemisphere, half of the draws in the specular core if there is one.
-    pub(super) fn sample_uniformly(&self, wi: DVec3, mut u: [f64; 2]) -> Option<ColourDraw> {
+    /// A direction uniform over the hemisphere, or `None` for the specular core: half of the draws if there is one.
+    #[inline(always)]
+    pub(super) fn uniform_direction(&self, [u, v]: [f64; 2]) -> Option<DVec3> {
         let share = self.core_share();
-        if u[0] < share {
-            let core = match self.reflector {
-                Reflector::Grey(brdf) => DVec3::splat(brdf.specular_core(wi)),
-                Reflector::Spectral(spectral) => spectral.specular_core(wi),
-            };
-            let weight = core * self.tint / share;
-            return Some(ColourDraw { wo: reflect(wi, DVec3::Z), weight, pdf: f64::INFINITY, specular: true });
+        if u < share {
+            return None;
         }
-        u[0] = (u[0] - share) / (1.0 - share);
-        let sin = (1.0 - u[0] * u[0]).max(0.0).sqrt();
-        let (s, c) = (TAU * u[1]).sin_cos();
-        let wo = DVec3::new(sin * c, sin * s, u[0]);
-        let pdf = self.uniform_pdf();
-        Some(ColourDraw { wo, weight: self.eval_and_pdf(wi, wo).0 * (wo.z / pdf), pdf, specular: false })
+        let z = (u - share) / (1.0 - share);
+        let sin = (1.0 - z * z).max(0.0).sqrt();
+        let (s, c) = sin_cos_turns(v);
+        Some(DVec3::new(sin * c, sin * s, z))
     }
 
-    /// Density of [`Self::sample_uniformly`] per steradian.
+    /// The draw in the specular core that goes with [`Self::uniform_direction`]; the weight is without tint.
+    pub(super) fn core_draw(&self, wi: DVec3) -> ColourDraw {
+        let core = match self.reflector {
+            Reflector::Grey(brdf) => DVec3::splat(brdf.specular_core(wi)),
+            Reflector::Spectral(spectral) => spectral.specular_core(wi),
+        };
+        let weight = core / self.core_share();
+        ColourDraw { wo: reflect(wi, DVec3::Z), weight, pdf: f64::INFINITY, specular: true }
+    }
+
+    /// Density of [`Self::uniform_direction`] per steradian.
     pub(super) fn uniform_pdf(&self) -> f64 {
         (1.0 - self.core_share()) / TAU
     }
@@ -145,6 +166,20 @@ impl<'a> Coat<'a> {
 }
 
 impl<'a> Cover<'a> {
+    /// Gives each coat the number of its reflector in `reflectors`, which grows by those that are new.
+    pub(super) fn join(&mut self, reflectors: &mut Vec<Reflector<'a>>) {
+        let coats = match self {
+            Cover::Plain(coat) | Cover::Painted(coat, _) => std::slice::from_mut(coat),
+            Cover::Checker(coats, _) => &mut coats[..],
+        };
+        for coat in coats {
+            coat.group = reflectors.iter().position(|r| r.is(&coat.reflector)).unwrap_or_else(|| {
+                reflectors.push(coat.reflector);
+                reflectors.len() - 1
+            });
+        }
+    }
+
     /// The coat at a point with plane coordinates `uv`; `place` is the point in metres from the corner of its plane, or in
     /// space where the shape has no plane.
     #[inline(always)]
