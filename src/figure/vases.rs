@@ -64,10 +64,7 @@ pub fn flakes(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<String
         let lightness = factors.map(|f| lab([f.value / 100.0; 3], [1.0; 3])[0]);
         let mut lines = vec![
             title.to_owned(),
-            format!(
-                "R 15\u{b0} {:.0} %, 45\u{b0} {:.0} %, 110\u{b0} {:.1} %",
-                factors[0].value, factors[1].value, factors[2].value
-            ),
+            format!("R {:.0}, {:.0}, {:.0} %", factors[0].value, factors[1].value, factors[2].value),
         ];
         let flop = flop_index(lightness[0], lightness[1], lightness[2]);
         lines.push("at 15\u{b0}, 45\u{b0}, 110\u{b0}".to_owned());
