@@ -86,11 +86,11 @@ fn three_angles(brdf: &dyn Brdf) -> Result<[Estimate; 3]> {
 pub fn colours(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<String>)>> {
     let mut list = Vec::new();
     for paint in [RED, GOLD, BLUE] {
-        let y = paint.xyz.map(|xyz| xyz[1]);
+        let y = paint.luminance().map(|y| 100.0 * y);
         let mut lines = vec![format!("{} metallic", paint.name), format!("Y {:.0}, {:.0}, {:.0} %", y[0], y[1], y[2])];
         lines.push("at 15\u{b0}, 45\u{b0}, 110\u{b0}".to_owned());
         lines.extend(paint.flop().map(|f| format!("flop index {f:.1}")));
-        list.push((paint.bare(), lines));
+        list.push((Finish::Colour(paint.flakes.bare()), lines));
     }
     progress(1.0);
     Ok(list)
