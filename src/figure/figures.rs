@@ -96,7 +96,7 @@ static PLANS: [Plan; 7] = [
         name: "fig14",
         heading: "First surfaces of 20\u{b0} gloss 10 and 60",
         width: 960,
-        samples: 96,
+        samples: 192,
         max_reflections: 3,
         exposure: 0.7,
         finishes: shells::finishes,

@@ -33,15 +33,14 @@ pub fn finishes(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<Stri
     for (k, wanted) in GLOSS.into_iter().enumerate() {
         let first = coat_of_gloss(wanted)?;
         // What the meter reads on both layers, by the luminance of the base.
-        let luminance = BASE.xyz.map(|xyz| xyz[1] / 100.0);
-        let whole = Layered::new(coat(first.alpha)?, Box::new(Metallic::new(luminance)));
+        let whole = Layered::new(coat(first.alpha)?, Box::new(Metallic::new(BASE.luminance())));
         let [total, _] = read(&whole)?;
         let lines = vec![
             format!("first-surface 20\u{b0} gloss {:.1}", first.gloss.value),
             format!("Beckmann alpha {:.4}, n 1.5", first.alpha),
             format!("20\u{b0} gloss with the base {:.1}", total.value),
         ];
-        list.push((BASE.coated(first.brdf), lines));
+        list.push((Finish::Colour(BASE.flakes.coated(first.brdf)), lines));
         progress((k + 1) as f64 / GLOSS.len() as f64);
     }
     Ok(list)

@@ -64,10 +64,7 @@ pub fn flakes(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<String
         let lightness = factors.map(|f| lab([f.value / 100.0; 3], [1.0; 3])[0]);
         let mut lines = vec![
             title.to_owned(),
-            format!(
-                "R 15\u{b0} {:.0} %, 45\u{b0} {:.0} %, 110\u{b0} {:.1} %",
-                factors[0].value, factors[1].value, factors[2].value
-            ),
+            format!("R {:.0}, {:.0}, {:.0} %", factors[0].value, factors[1].value, factors[2].value),
         ];
         let flop = flop_index(lightness[0], lightness[1], lightness[2]);
         lines.push("at 15\u{b0}, 45\u{b0}, 110\u{b0}".to_owned());
@@ -89,11 +86,11 @@ fn three_angles(brdf: &dyn Brdf) -> Result<[Estimate; 3]> {
 pub fn colours(progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<(Finish, Vec<String>)>> {
     let mut list = Vec::new();
     for paint in [RED, GOLD, BLUE] {
-        let y = paint.xyz.map(|xyz| xyz[1]);
+        let y = paint.luminance().map(|y| 100.0 * y);
         let mut lines = vec![format!("{} metallic", paint.name), format!("Y {:.0}, {:.0}, {:.0} %", y[0], y[1], y[2])];
         lines.push("at 15\u{b0}, 45\u{b0}, 110\u{b0}".to_owned());
         lines.extend(paint.flop().map(|f| format!("flop index {f:.1}")));
-        list.push((paint.bare(), lines));
+        list.push((Finish::Colour(paint.flakes.bare()), lines));
     }
     progress(1.0);
     Ok(list)

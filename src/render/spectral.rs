@@ -66,8 +66,11 @@ impl Spectral {
         let brdf = &self.parts[chosen].0;
         let draw = brdf.sample(wi, [(scaled - chosen as f64).min(1.0 - f64::EPSILON), u[1]])?;
         if draw.specular {
-            // Drawn with its own probability p, weight core / p: scaled to the core of all wavelengths, whose mean it is.
-            let weight = self.specular_core(wi) * (draw.weight / brdf.specular_core(wi));
+            // Drawn with its own probability p, weight core / p: scaled to the core of all parts, each of which with a core
+            // may have drawn it.
+            let with_core = self.parts.iter().filter(|(brdf, _)| brdf.specular_core(wi) > 0.0).count();
+            let chances = self.parts.len() as f64 / with_core.max(1) as f64;
+            let weight = self.specular_core(wi) * (draw.weight / brdf.specular_core(wi) * chances);
             return Some(ColourDraw { wo: draw.wo, weight, pdf: f64::INFINITY, specular: true });
         }
         let (f_r, pdf) = self.eval_and_pdf(wi, draw.wo);

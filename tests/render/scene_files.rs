@@ -129,12 +129,47 @@ fn power_becomes_radiance() {
     }
 }
 
+/// Paint that reads the same at all angles is matt, in the colour of its tristimulus values (IEC 61966-2-1); under a coat it
+/// loses what the coat takes on both ways.
+#[test]
+fn metallic_paint_shows_its_tristimulus_values() {
+    let xyz = "[39.083, 35.659, 23.742]";
+    let rgb = [0.6, 0.3, 0.2];
+    let text = format!(
+        "[camera]\nkind = \"orthographic\"\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\nup = [0, 1, 0]\nheight = 1\n\
+         [image]\nwidth = 2\nheight = 2\nsamples = 256\n[sky]\nradiance = 2\n\
+         [materials.body]\nmetallic = {{ xyz_15 = {xyz}, xyz_45 = {xyz}, xyz_110 = {xyz} }}\n\
+         [[shapes]]\nkind = \"disc\"\ncentre = [0, 0, 0]\nnormal = [0, 0, 1]\nradius = 5\nmaterial = \"body\"\n"
+    );
+    let show = |text: &str| {
+        let description = Description::parse(text, Path::new("s.toml")).unwrap();
+        let materials = description.materials(&open, &|_| ()).unwrap();
+        let built = description.build(&materials).unwrap();
+        let options = description.picturing().unwrap().options();
+        render(&built.scene, &description.camera(1.0).unwrap(), &options, &|_| ()).unwrap().pixels()[0].radiance
+    };
+    for (shown, expected) in show(&text).into_iter().zip(rgb) {
+        assert!((f64::from(shown) / (2.0 * expected) - 1.0).abs() < 1e-3, "{shown} {expected}");
+    }
+    let coat = model::parse("dielectric:n=1.5", 550e-9).unwrap();
+    // Mean of what the coat lets through over the directions of a matt base, by midpoints in cos^2.
+    let through =
+        (0..2000).map(|k| 1.0 - coat.albedo(((f64::from(k) + 0.5) / 2000.0).sqrt().acos())).sum::<f64>() / 2000.0;
+    let r0 = coat.albedo(0.0);
+    let coated = text.replace("[[shapes]]", "coat = \"dielectric:n=1.5\"\n[[shapes]]");
+    for (shown, matt) in show(&coated).into_iter().zip(rgb) {
+        let expected = 2.0 * (r0 + (1.0 - r0) * matt * through);
+        assert!((f64::from(shown) / expected - 1.0).abs() < 5e-3, "{shown} {expected}");
+    }
+}
+
 #[test]
 fn faults_are_named_by_line_and_key() {
     let line = |text: &str, needle: &str| {
         let number = text.lines().position(|l| l.contains(needle)).expect(needle) + 1;
         format!("line {number}:")
     };
+    let green = "metallic = { xyz_15 = [10, 50, 10], xyz_45 = [5, 5, 5], xyz_110 = [5, 5, 5] }";
     // What is written instead of what, where the fault is found, and what the message says about it.
     let cases = [
         ("radius = 20\n", "rdius = 20\n", "rdius", "unknown field `rdius`"),
@@ -173,6 +208,9 @@ fn faults_are_named_by_line_and_key() {
         ("width = 40", "width = 0", "width = 0", "65536"),
         ("exposure = 2", "error_percent = 0", "error_percent", "above 0"),
         ("tint = 0.9", "tint = 0.9\nwavelength_nm = -5", "wavelength_nm", "above 0"),
+        ("tint = 0.9", "tint = 0.9\ncoat = \"mirror\"", "coat = ", "for metallic paint"),
+        ("rgb = [0.8, 0.7, 0.6]", green, "metallic = ", "outside of sRGB"),
+        ("tint = 0.9", green, "metallic = ", "needs one of"),
     ];
     for (old, new, place, what) in cases {
         let text = with(old, new);

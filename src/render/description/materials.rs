@@ -1,13 +1,14 @@
 //! The materials of a scene file, opened.
 
-use super::schema::{Cell, Material};
+use super::schema::{Cell, Material, Metallic};
 use super::{Description, Place};
 use crate::error::{Error, Result};
 use crate::math::direction;
 use crate::model::{self, Lambert};
 use crate::optics::Brdf;
+use crate::render::MetallicPaint;
 use crate::render::material::{Coat, Cover, Reflector};
-use crate::render::spectral::Spectral;
+use crate::render::spectral::{Spectral, to_linear_srgb};
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -120,7 +121,10 @@ fn plain(m: &Material, span: &Range<usize>, name: &str, place: &Place, open: &Op
         rgb.map_err(|what| bad(key, format!("key `{key}`: {what}"), "give numbers from 0 to 1"))
     };
     let tint = colour("tint", m.tint)?.unwrap_or(DVec3::ONE);
-    if m.source.is_none() {
+    if m.metallic.is_none() && m.coat.is_some() {
+        return Err(bad("coat", "key `coat` is for metallic paint".into(), "write a layered: source instead"));
+    }
+    if m.source.is_none() && m.coat.is_none() {
         let only = [
             ("method", m.method.is_some()),
             ("surface", m.surface.is_some()),
@@ -131,28 +135,64 @@ fn plain(m: &Material, span: &Range<usize>, name: &str, place: &Place, open: &Op
             return Err(bad(key, format!("key `{key}` is for a source"), "leave it out"));
         }
     }
+    let wavelength = m.wavelength_nm.map(|w| w * 1e-9);
+    if wavelength.is_some_and(|w| !(w > 0.0 && w.is_finite())) {
+        return Err(bad("wavelength_nm", "key `wavelength_nm` is not above 0".into(), "give for example 550"));
+    }
+    let opened = |key: &str, source: &str, wavelength: f64| {
+        let (method, surface) = (m.method.as_deref(), m.surface.as_deref());
+        open(&Wanted { source, wavelength, method, surface, flags: &m.flags })
+            .map_err(|e| place.error_in(span, key, format!("material `{name}`: {}", said(&e)), mend(&e)))
+    };
+    if let Some(metallic) = &m.metallic {
+        if m.source.is_some() || m.rgb.is_some() || m.checker.is_some() {
+            return Err(bad(
+                "metallic",
+                "it needs one of `source`, `rgb`, `checker` and `metallic`".into(),
+                "keep one",
+            ));
+        }
+        let paint = flakes(metallic).map_err(|(key, what)| {
+            bad(
+                "metallic",
+                format!("key `{key}`: {what}"),
+                "give X, Y, Z of a colour that sRGB holds, Y = 100 for white",
+            )
+        })?;
+        let coat = m.coat.as_deref().map(|coat| opened("coat", coat, wavelength.unwrap_or(WAVELENGTH))).transpose()?;
+        return Ok(Some(Stored::Spectral(coat.map_or_else(|| paint.bare(), |coat| paint.coated(coat)), tint)));
+    }
     match (&m.source, m.rgb, &m.checker) {
         (None, Some(_), None) => Ok(Some(Stored::Colour(tint * colour("rgb", m.rgb)?.unwrap_or(DVec3::ONE)))),
         (None, None, Some(_)) if m.tint.is_some() => Err(bad("tint", "a checker has no tint".into(), "tint its cells")),
         (None, None, Some(_)) => Ok(None),
         (Some(source), None, None) => {
-            let wavelength = m.wavelength_nm.map(|w| w * 1e-9);
-            if wavelength.is_some_and(|w| !(w > 0.0 && w.is_finite())) {
-                return Err(bad("wavelength_nm", "key `wavelength_nm` is not above 0".into(), "give for example 550"));
-            }
-            let at = |wavelength: f64| {
-                let (method, surface) = (m.method.as_deref(), m.surface.as_deref());
-                let wanted = Wanted { source, wavelength, method, surface, flags: &m.flags };
-                open(&wanted)
-                    .map_err(|e| place.error_in(span, "source", format!("material `{name}`: {}", said(&e)), mend(&e)))
-            };
+            let at = |wavelength: f64| opened("source", source, wavelength);
             if wavelength.is_none() && model::is_model(source) && is_coloured(&at)? {
                 return Ok(Some(Stored::Spectral(Spectral::new(&at)?, tint)));
             }
             Ok(Some(Stored::Grey(at(wavelength.unwrap_or(WAVELENGTH))?, tint)))
         }
-        _ => Err(bad("", "it needs one of `source`, `rgb` and `checker`".into(), "write for example rgb = 0.5")),
+        _ => Err(bad(
+            "",
+            "it needs one of `source`, `rgb`, `checker` and `metallic`".into(),
+            "write for example rgb = 0.5",
+        )),
     }
+}
+
+/// The paint, if it can be shown at all three angles; else the key and what is wrong.
+fn flakes(metallic: &Metallic) -> std::result::Result<MetallicPaint, (&'static str, String)> {
+    let angles = [("xyz_15", metallic.xyz_15), ("xyz_45", metallic.xyz_45), ("xyz_110", metallic.xyz_110)];
+    for (key, xyz) in angles {
+        MetallicPaint::new([xyz; 3]).map_err(|e| (key, said(&e)))?;
+        let rgb = to_linear_srgb(DVec3::from(xyz) / 100.0);
+        // Rounded readings of black.
+        if rgb.min_element() < -1e-4 {
+            return Err((key, format!("{xyz:?} lies outside of sRGB, as {:.3?}", rgb.to_array())));
+        }
+    }
+    MetallicPaint::new(angles.map(|a| a.1)).map_err(|e| ("metallic", said(&e)))
 }
 
 /// Whether red and blue light find another surface.

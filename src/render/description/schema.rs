@@ -86,12 +86,23 @@ pub struct Material {
     pub source: Option<String>,
     pub rgb: Option<Colour>,
     pub checker: Option<Checker>,
+    pub metallic: Option<Metallic>,
+    pub coat: Option<String>,
     pub tint: Option<Colour>,
     pub wavelength_nm: Option<f64>,
     pub method: Option<String>,
     pub surface: Option<String>,
     #[serde(default)]
     pub flags: Vec<String>,
+}
+
+/// Tristimulus values at three angles from the mirror direction.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Metallic {
+    pub xyz_15: [f64; 3],
+    pub xyz_45: [f64; 3],
+    pub xyz_110: [f64; 3],
 }
 
 #[derive(Deserialize)]
