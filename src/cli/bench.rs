@@ -371,6 +371,7 @@ fn budgeted(a: &Arguments, machine: &Machine, json: bool) -> anyhow::Result<()> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::quantity::share;
 
     #[test]
     fn times_have_units() {

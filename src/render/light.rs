@@ -105,6 +105,11 @@ impl Lights {
         self.list.len()
     }
 
+    /// Whether light comes from all around.
+    pub(super) fn surround_all(&self) -> bool {
+        self.surroundings.is_some()
+    }
+
     /// Radiance of the surroundings in a direction, with their index and the density of their draws.
     #[inline]
     pub(super) fn surroundings(&self, direction: DVec3) -> Option<(usize, Met)> {
@@ -227,7 +232,7 @@ impl Sphere {
         let d2 = away.length_squared();
         let (height, pdf) = self.cap(d2);
         let d = d2.sqrt();
-        let axis = away / d;
+        let axis = away * (1.0 / d);
         let (x, y) = tangents(axis);
         // cos = 1 - u h; sin^2 = u h (2 - u h) keeps its digits for a small cone.
         let drop = u[0] * height;
@@ -247,10 +252,13 @@ impl Sphere {
     /// `1 - cos a = sin^2 a / (1 + cos a)` of the cone about the sphere seen from the squared distance `d2`, and the density in it.
     #[inline(always)]
     fn cap(&self, d2: f64) -> (f64, f64) {
-        let sin2 = self.radius * self.radius / d2;
-        let outside = sin2 < 1.0;
-        let height = sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt());
-        (height, if outside { 1.0 / (TAU * height) } else { 0.0 })
+        let r2 = self.radius * self.radius;
+        let sin2 = r2 / d2;
+        let beyond = 1.0 + (1.0 - sin2).max(0.0).sqrt();
+        // One division for height and density.
+        let inverse = 1.0 / (sin2 * beyond);
+        let pdf = beyond * beyond * inverse * (1.0 / TAU);
+        (sin2 * sin2 * inverse, if r2 < d2 { pdf } else { 0.0 })
     }
 }
 
@@ -258,15 +266,30 @@ impl Sphere {
 mod tests {
     use super::*;
     use crate::render::paint::Pattern;
+    use crate::render::rays::{Rays, WAVE};
+    use crate::render::reach::{Asking, Asks, Pick, Scratch};
     use crate::render::{Material, Scene};
     use fearless_simd::{Level, dispatch};
 
+    /// The light asked at a point.
+    fn pick(lights: &Lights, at: &Asking, u: f64) -> Pick {
+        let wide = |v: DVec3| [v.x, v.y, v.z].map(|x| [x; WAVE]);
+        let (mut asks, mut picks) = (Asks::default(), [Pick::default(); WAVE]);
+        asks.fill(&wide(at.point), &wide(at.normal), &[u; WAVE], 1);
+        dispatch!(Level::new(), simd => lights.reaches.pick(simd, &asks, &mut Scratch::default(), &mut picks));
+        picks[0]
+    }
+
     fn chance(lights: &Lights, light: usize, at: &Asking) -> f64 {
-        dispatch!(Level::new(), simd => lights.chance(simd, light, at))
+        let total = pick(lights, at, 0.5).total;
+        dispatch!(Level::new(), simd => lights.reaches.chance(simd, light, at, total))
     }
 
     fn sample_any(lights: &Lights, at: &Asking, u: [f64; 2]) -> Option<LightSample> {
-        dispatch!(Level::new(), simd => lights.sample_any(simd, at, u))
+        let pick = pick(lights, at, u[0]);
+        let rest = ((u[0] - pick.start) / pick.chance).clamp(0.0, 1.0 - f64::EPSILON);
+        let sample = lights.sample(pick.light as usize, at.point, [rest, u[1]])?;
+        Some(LightSample { pdf: pick.chance * sample.pdf, ..sample })
     }
 
     fn grid(n: usize) -> impl Iterator<Item = [f64; 2]> {
@@ -340,7 +363,10 @@ mod tests {
             let u = [(f64::from(k) + 0.5) / f64::from(n), (f64::from(k) * 0.618) % 1.0];
             let sample = sample_any(&scene.lights, &at, u).unwrap();
             let ray = Ray { origin: DVec3::ZERO, direction: sample.direction };
-            let hit = dispatch!(Level::new(), simd => scene.closest(simd, &ray, None)).unwrap();
+            let (mut rays, mut hits) = (Rays::default(), [None; WAVE]);
+            rays.push(&ray, None);
+            dispatch!(Level::new(), simd => scene.closest(simd, &rays, &mut hits));
+            let hit = hits[0].unwrap();
             assert_eq!(Some(hit.id), sample.id);
             let light = if matches!(hit.id, Id::Quad(_)) { 0 } else { 1 };
             seen[light] += 1.0 / f64::from(n);

@@ -2,7 +2,7 @@
 
 use super::paint::{Paint, Pattern};
 use super::spectral::{ColourDraw, Spectral};
-use crate::math::frame::{DVec3, direction, reflect, sin_cos_turns};
+use crate::math::frame::{DVec3, direction, reflect};
 use crate::optics::brdf::Brdf;
 use std::f64::consts::TAU;
 
@@ -30,6 +30,8 @@ pub struct Coat<'a> {
     /// Whether it has a specular core and nothing else: no lamp can be asked for.
     delta: bool,
     has_core: bool,
+    /// Albedo of an ideal diffuser, else below 0.
+    matt: f64,
     /// Coats of one reflector have one number in a scene.
     group: usize,
 }
@@ -80,7 +82,11 @@ impl<'a> Coat<'a> {
         };
         let has_core = angles.iter().any(|&t| core(t) > 0.0);
         let delta = has_core && angles.iter().all(|&t| albedo(t) <= core(t) * (1.0 + 1e-9));
-        Coat { reflector, tint, delta, has_core, group: 0 }
+        let matt = match reflector {
+            Reflector::Grey(brdf) => brdf.diffuser().unwrap_or(-1.0),
+            Reflector::Spectral(_) => -1.0,
+        };
+        Coat { reflector, tint, delta, has_core, matt, group: 0 }
     }
 
     /// Whether only a specular core reflects.
@@ -89,9 +95,10 @@ impl<'a> Coat<'a> {
         self.delta
     }
 
+    /// Albedo, if it is an ideal diffuser.
     #[inline(always)]
-    pub(super) fn tint(&self) -> DVec3 {
-        self.tint
+    pub(super) fn matt(&self) -> Option<f64> {
+        (self.matt >= 0.0).then_some(self.matt)
     }
 
     #[inline(always)]
@@ -128,20 +135,7 @@ impl<'a> Coat<'a> {
         }
     }
 
-    /// A direction uniform over the hemisphere, or `None` for the specular core: half of the draws if there is one.
-    #[inline(always)]
-    pub(super) fn uniform_direction(&self, [u, v]: [f64; 2]) -> Option<DVec3> {
-        let share = self.core_share();
-        if u < share {
-            return None;
-        }
-        let z = (u - share) / (1.0 - share);
-        let sin = (1.0 - z * z).max(0.0).sqrt();
-        let (s, c) = sin_cos_turns(v);
-        Some(DVec3::new(sin * c, sin * s, z))
-    }
-
-    /// The draw in the specular core that goes with [`Self::uniform_direction`]; the weight is without tint.
+    /// The specular core as one of [`Self::core_share`] of all draws, the rest uniform over the hemisphere; the weight is without tint.
     pub(super) fn core_draw(&self, wi: DVec3) -> ColourDraw {
         let core = match self.reflector {
             Reflector::Grey(brdf) => DVec3::splat(brdf.specular_core(wi)),
@@ -151,12 +145,14 @@ impl<'a> Coat<'a> {
         ColourDraw { wo: reflect(wi, DVec3::Z), weight, pdf: f64::INFINITY, specular: true }
     }
 
-    /// Density of [`Self::uniform_direction`] per steradian.
+    /// Density of the directions uniform over the hemisphere that remain beside [`Self::core_draw`].
     pub(super) fn uniform_pdf(&self) -> f64 {
         (1.0 - self.core_share()) / TAU
     }
 
-    fn core_share(&self) -> f64 {
+    /// Share of the draws that goes to the specular core where directions are uniform: half of them if there is one.
+    #[inline(always)]
+    pub(super) fn core_share(&self) -> f64 {
         match (self.delta, self.has_core) {
             (true, _) => 1.0,
             (false, true) => 0.5,
@@ -180,16 +176,19 @@ impl<'a> Cover<'a> {
         }
     }
 
-    /// The coat at a point with plane coordinates `uv`; `place` is the point in metres from the corner of its plane, or in
-    /// space where the shape has no plane.
+    /// The coat and the tint at a point with plane coordinates `uv`; `place` is the point in metres from the corner of its
+    /// plane, or in space where the shape has no plane.
     #[inline(always)]
-    pub(super) fn at(&self, uv: impl FnOnce() -> [f64; 2], place: impl FnOnce() -> DVec3) -> Coat<'a> {
+    pub(super) fn at(&self, uv: impl FnOnce() -> [f64; 2], place: impl FnOnce() -> DVec3) -> (&Coat<'a>, DVec3) {
         match self {
-            Cover::Plain(coat) => *coat,
-            Cover::Painted(coat, paint) => Coat { tint: coat.tint * paint.colour(uv), ..*coat },
+            Cover::Plain(coat) => (coat, coat.tint),
+            Cover::Painted(coat, paint) => (coat, coat.tint * paint.colour(uv)),
             Cover::Checker(coats, size) => {
                 let cell = (place() / *size).floor();
-                coats[usize::from((cell.x + cell.y + cell.z).rem_euclid(2.0) >= 1.0)]
+                // Whether the sum is odd.
+                let half = 0.5 * (cell.x + cell.y + cell.z);
+                let coat = &coats[usize::from(half > half.floor())];
+                (coat, coat.tint)
             }
         }
     }
@@ -214,7 +213,7 @@ mod tests {
         let matt = model::Lambert { rho: 1.0 };
         let coats = [1.0, 0.25].map(|t| Coat::new(Reflector::Grey(&matt), DVec3::splat(t)));
         let checker = Cover::Checker(coats, 2.0);
-        let tint = |x: f64, y: f64| checker.at(|| [0.0; 2], || DVec3::new(x, y, 0.0)).tint.x;
+        let tint = |x: f64, y: f64| checker.at(|| [0.0; 2], || DVec3::new(x, y, 0.0)).1.x;
         assert_eq!((tint(1.0, 1.0), tint(3.0, 1.0), tint(3.0, 3.0), tint(-1.0, 1.0)), (1.0, 0.25, 1.0, 0.25));
     }
 }

@@ -26,8 +26,8 @@ pub(super) struct Rays {
 /// [`LANES`] rays.
 #[derive(Clone, Copy)]
 pub(super) struct Bundle<S: Simd> {
-    pub origin: [f64x8<S>; 3],
-    pub direction: [f64x8<S>; 3],
+    pub origin: Lanes3<S>,
+    pub direction: Lanes3<S>,
     pub leaving: f64x8<S>,
 }
 
@@ -75,9 +75,8 @@ impl Rays {
     /// The rays from number `from` on.
     #[inline(always)]
     pub(super) fn bundle<S: Simd>(&self, simd: S, from: usize) -> Bundle<S> {
-        let load = |column: &Column<f64>| f64x8::from_slice(simd, &column[from..from + LANES]);
-        let all = |columns: &[Column<f64>; 3]| [load(&columns[0]), load(&columns[1]), load(&columns[2])];
-        Bundle { origin: all(&self.origin), direction: all(&self.direction), leaving: load(&self.solid) }
+        let leaving = f64x8::from_slice(simd, &self.solid[from..from + LANES]);
+        Bundle { origin: load(simd, &self.origin, from), direction: load(simd, &self.direction, from), leaving }
     }
 }
 
@@ -127,12 +126,33 @@ impl Shadows {
 
 /// Three coordinates of every lane by one vector.
 #[inline(always)]
-pub(super) fn dot<S: Simd>(lanes: &[f64x8<S>; 3], v: DVec3) -> f64x8<S> {
+pub(super) fn dot<S: Simd>(lanes: &Lanes3<S>, v: DVec3) -> f64x8<S> {
     lanes[0] * v.x + lanes[1] * v.y + lanes[2] * v.z
 }
 
-/// The same of two vectors in lanes.
+/// Three coordinates in lanes.
+pub(super) type Lanes3<S> = [f64x8<S>; 3];
+
+/// The product of two vectors in lanes.
 #[inline(always)]
-pub(super) fn dots<S: Simd>(a: &[f64x8<S>; 3], b: &[f64x8<S>; 3]) -> f64x8<S> {
+pub(super) fn dot_lanes<S: Simd>(a: &Lanes3<S>, b: &Lanes3<S>) -> f64x8<S> {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+pub(super) fn cross<S: Simd>(a: &Lanes3<S>, b: &Lanes3<S>) -> Lanes3<S> {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Three columns from row `from` on.
+#[inline(always)]
+pub(super) fn load<S: Simd>(simd: S, columns: &[Column<f64>; 3], from: usize) -> Lanes3<S> {
+    [0, 1, 2].map(|axis| f64x8::from_slice(simd, &columns[axis][from..from + LANES]))
+}
+
+#[inline(always)]
+pub(super) fn store<S: Simd>(lanes: &Lanes3<S>, columns: &mut [Column<f64>; 3], from: usize) {
+    for axis in 0..3 {
+        lanes[axis].store_slice(&mut columns[axis][from..from + LANES]);
+    }
 }

@@ -47,19 +47,28 @@ impl Default for Asks {
 }
 
 impl Asks {
-    pub(super) fn clear(&mut self) {
-        self.len = 0;
-    }
-
-    /// Adds one with the number that picks its light; there must be room.
+    /// Takes over the first `count` rows of columns of points, normals and numbers that pick.
     #[inline(always)]
-    pub(super) fn push(&mut self, at: &Asking, u: f64) {
+    pub(super) fn fill(
+        &mut self,
+        point: &[Column<f64>; 3],
+        normal: &[Column<f64>; 3],
+        u: &Column<f64>,
+        count: usize,
+    ) {
+        self.len = count;
+        let narrow = |from: &Column<f64>, to: &mut Column<f32>| {
+            for row in (0..count).step_by(LANES) {
+                for k in row..row + LANES {
+                    to[k] = from[k] as f32;
+                }
+            }
+        };
         for axis in 0..3 {
-            self.point[axis][self.len] = at.point[axis] as f32;
-            self.normal[axis][self.len] = at.normal[axis] as f32;
+            narrow(&point[axis], &mut self.point[axis]);
+            narrow(&normal[axis], &mut self.normal[axis]);
         }
-        self.u[self.len] = u as f32;
-        self.len += 1;
+        narrow(u, &mut self.u);
     }
 }
 
@@ -192,12 +201,12 @@ impl Reach {
         let [x, y, z] = [wide(centre.x) - p[0], wide(centre.y) - p[1], wide(centre.z) - p[2]];
         let d2 = x * x + y * y + z * z;
         let d = d2.sqrt();
-        let (zero, one, r) = (wide(0.0), wide(1.0), wide(radius));
+        let (zero, r) = (wide(0.0), wide(radius));
         // A hair of room for the rounding of a lamp that just touches the horizon.
         let height = x * n[0] + y * n[1] + z * n[2] + radius * 1.0001 + d * 1e-5;
+        // The cosine, from 0 to 1, over the squared distance.
         let reach = d.max(r);
-        let cos = (height / reach).max(zero).min(one);
-        let near = cos * strength / (reach * reach);
+        let near = height.max(zero).min(reach) * strength / (reach * reach * reach);
         if self.front == DVec3::ZERO {
             return near;
         }

@@ -65,6 +65,8 @@ pub struct Scene<'a> {
     covers: Vec<Cover<'a>>,
     /// The reflectors of all covers, each once.
     reflectors: Vec<Reflector<'a>>,
+    /// Whether a disc or a mesh shines.
+    other_lamps: bool,
 }
 
 impl<'a> Scene<'a> {
@@ -83,6 +85,7 @@ impl<'a> Scene<'a> {
             meshes: Vec::new(),
             covers: Vec::new(),
             reflectors: Vec::new(),
+            other_lamps: false,
         })
     }
 
@@ -102,6 +105,10 @@ impl<'a> Scene<'a> {
     pub fn add_emitter(&mut self, shape: impl Into<Shape>, radiance: Paint) -> Result<()> {
         let shape = shape.into();
         let id = self.place(shape.clone(), Finish::Emits(self.lights.len()));
+        match id {
+            Id::Quad(_) | Id::Sphere(_) => self.solids.lamps.push(id),
+            Id::Disc(_) | Id::Triangle { .. } => self.other_lamps = true,
+        }
         self.lights.add(shape, id, radiance)
     }
 
@@ -203,6 +210,11 @@ impl<'a> Scene<'a> {
             })
     }
 
+    /// Whether a ray that does not meet a quad or a sphere that shines brings no light at all.
+    pub(super) fn only_lamps_shine(&self) -> bool {
+        self.sky == DVec3::ZERO && !self.lights.surround_all() && !self.other_lamps
+    }
+
     /// How many reflectors there are.
     pub(super) fn groups(&self) -> usize {
         self.reflectors.len()
@@ -221,6 +233,18 @@ impl<'a> Scene<'a> {
     #[inline]
     pub(super) fn cover(&self, index: usize) -> &Cover<'a> {
         &self.covers[index]
+    }
+
+    /// What a frame is made of: normal and tangent of a flat shape with radius 0, or centre of a sphere, nothing, and radius.
+    /// Of a triangle nothing at all.
+    #[inline(always)]
+    pub(super) fn shape(&self, id: Id) -> (DVec3, DVec3, f64) {
+        match id {
+            Id::Quad(i) => (self.solids.quads[i as usize].normal, self.solids.quads[i as usize].tangent, 0.0),
+            Id::Sphere(i) => (self.solids.spheres[i as usize].centre, DVec3::ZERO, self.solids.spheres[i as usize].radius),
+            Id::Disc(i) => (self.discs[i as usize].0.normal, self.discs[i as usize].0.tangent, 0.0),
+            Id::Triangle { .. } => (DVec3::Z, DVec3::X, 0.0),
+        }
     }
 
     /// The front of the surface at a point of it.
