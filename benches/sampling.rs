@@ -81,6 +81,11 @@ fn lookups(c: &mut Criterion) {
                     .sum::<f64>()
             });
         });
+        let exits: Vec<DVec3> = queries.iter().map(|q| q.1).collect();
+        let mut found = vec![(0.0, 0.0); queries.len()];
+        g.bench_function("eval and pdf, many at once", |b| {
+            b.iter(|| black_box(brdf).eval_and_pdf_many(&sources, &exits, black_box(&mut found)));
+        });
         let cumulative = CumulativeSampled::new(brdf);
         g.bench_function("rival: cumulative inversion", |b| b.iter(|| draw(black_box(&cumulative))));
         g.bench_function("rival: cosine", |b| b.iter(|| draw(black_box(&CosineSampled(brdf)))));

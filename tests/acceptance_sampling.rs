@@ -215,6 +215,46 @@ fn many_draws_are_single_draws() {
     }
 }
 
+/// Runs of lookups are the lookups one by one: near the lobe and far from it, for light from above, along the horizon and from
+/// below, for exits below, and for a list that is no whole number of runs.
+#[test]
+fn many_lookups_are_single_lookups() {
+    let metal = Material::Conductor { n: 0.2, k: 3.4 };
+    let plain = |material| table(&rough([1e-6; 2], [0.0; 2]), Symmetry::Isotropic, material);
+    let others = [plain(Material::Mirror), plain(metal), near_mirror(0.0)];
+    for brdf in tables().iter().chain(&others) {
+        let mut rng = CounterRng::new(22, 0, 0);
+        let n = 5003;
+        let mut wi: Vec<DVec3> = (0..n).map(|_| direction(1.65 * rng.uniform(), TAU * rng.uniform())).collect();
+        (wi[3], wi[40]) = (DVec3::Z, direction(FRAC_PI_2 - 1e-6, 1.0));
+        let anywhere = |rng: &mut CounterRng| direction(1.65 * rng.uniform(), TAU * rng.uniform());
+        let mut wo: Vec<DVec3> = wi
+            .iter()
+            .enumerate()
+            .map(|(k, &wi)| {
+                let drawn = brdf.sample(wi, [rng.uniform(), rng.uniform()]).map(|s| s.wo);
+                drawn.filter(|_| k % 2 == 0).unwrap_or_else(|| anywhere(&mut rng))
+            })
+            .collect();
+        (wo[3], wo[5], wo[7]) = (DVec3::Z, direction(FRAC_PI_2 - 1e-8, 2.0), wi[7]);
+        let mut many = vec![(f64::NAN, f64::NAN); n];
+        brdf.eval_and_pdf_many(&wi, &wo, &mut many);
+        let mut above = 0;
+        for k in 0..n {
+            let one = brdf.eval_and_pdf(wi[k], wo[k]);
+            // Steep flanks between cells carry the rounding of f32 further, see below.
+            let corner =
+                brightest_corner(brdf, wi[k], wo[k]).filter(|_| one.0 > 0.0).map_or(1.0, |c| (c / one.0).max(1.0));
+            for (a, b) in [(many[k].0, one.0), (many[k].1, one.1)] {
+                assert!((a - b).abs() <= 2e-6 * corner * b + 1e-30, "{a} {b} {corner} for {} {}", wi[k], wo[k]);
+            }
+            above += usize::from(one.0 > 0.0);
+        }
+        // A mirror with a little haze leaves few.
+        assert!(above > 100, "{above}");
+    }
+}
+
 /// The value at the brightest of the four cells between which a lookup interpolates; `None` if one lies below the horizon.
 fn brightest_corner(brdf: &TableBrdf, wi: DVec3, wo: DVec3) -> Option<f64> {
     let cells = brdf.table().cells();

@@ -163,4 +163,10 @@ mod tests {
         assert_eq!(share("0.2").unwrap(), 0.2);
         assert!(share("20").is_err() && share("map.x3p").is_err() && share("nan").is_err());
     }
+
+    #[test]
+    fn tolerances_with_and_without_a_sign() {
+        assert_eq!((tolerance("1%"), tolerance("0.05")), (Ok(0.01), Ok(0.05)));
+        assert!(tolerance("100%").is_err() && tolerance("-1%").is_err() && tolerance("x").is_err());
+    }
 }

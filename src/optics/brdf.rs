@@ -48,6 +48,17 @@ pub trait Brdf: Send + Sync {
         (self.eval(wi, wo), self.pdf(wi, wo))
     }
 
+    /// [`Brdf::eval_and_pdf`] of many pairs at once, which a table does in lanes.
+    ///
+    /// # Panics
+    /// If the three lists are not of one length.
+    fn eval_and_pdf_many(&self, wi: &[DVec3], wo: &[DVec3], out: &mut [(f64, f64)]) {
+        assert!(wi.len() == wo.len() && wo.len() == out.len(), "as many places and directions out as directions in");
+        for ((wi, wo), out) in wi.iter().zip(wo).zip(out) {
+            *out = self.eval_and_pdf(*wi, *wo);
+        }
+    }
+
     /// Directional-hemispherical reflectance at `theta_i` \[rad\], specular core included.
     fn albedo(&self, theta_i: f64) -> f64;
 

@@ -9,13 +9,13 @@ const TWO_52: f64 = 4_503_599_627_370_496.0;
 /// [`HalfVectorCells::coordinates`] and the cells around them.
 #[derive(Debug, Clone)]
 pub(super) struct Grid {
-    to_x: [[f64; 3]; 2],
+    pub(super) to_x: [[f64; 3]; 2],
     /// Per axis: end of the core, cells per octave and their inverse, cells on each side of the central one.
-    core: [f64; 2],
-    per_octave: [f64; 2],
-    octaves_per_cell: [f64; 2],
+    pub(super) core: [f64; 2],
+    pub(super) per_octave: [f64; 2],
+    pub(super) octaves_per_cell: [f64; 2],
     /// Half a cell more than there are on each side of the central one.
-    half: [f64; 2],
+    pub(super) half: [f64; 2],
     /// The step from a cell to its neighbour along the second axis.
     pub row: usize,
 }
@@ -60,7 +60,7 @@ impl Grid {
 
     /// As [`crate::scatter::axis::Axis::coordinate`].
     #[inline(always)]
-    fn coordinate(&self, k: usize, x: f64) -> f64 {
+    pub(super) fn coordinate(&self, k: usize, x: f64) -> f64 {
         let distance = x.abs();
         let tail = at_least(distance - self.core[k], 0.0);
         // The bits of a number, read as a whole one, are its logarithm to base 2 in straight pieces.

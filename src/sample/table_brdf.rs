@@ -390,6 +390,10 @@ impl Brdf for TableBrdf {
         self.both(wi, wo)
     }
 
+    fn eval_and_pdf_many(&self, wi: &[DVec3], wo: &[DVec3], out: &mut [(f64, f64)]) {
+        run::eval_and_pdf(self, wi, wo, out);
+    }
+
     /// Of the interpolated table at azimuth 0; between the nodes the Fresnel reflectance does not run straight.
     fn albedo(&self, theta_i: f64) -> f64 {
         let steps = self.albedo.get_or_init(|| {

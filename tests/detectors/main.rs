@@ -9,6 +9,7 @@ mod partitions;
 mod parts;
 mod plain_tracer;
 mod profile;
+mod published_maps;
 #[path = "../reference/mod.rs"]
 mod reference;
 mod waves;

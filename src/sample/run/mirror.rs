@@ -36,7 +36,7 @@ impl Draws {
     #[simd]
     pub fn reflect<S: Simd>(
         &mut self,
-        _: S,
+        simd: S,
         brdf: &TableBrdf,
         s: &SourceLanes,
         places: &Places,
@@ -68,19 +68,7 @@ impl Draws {
             masked[j] = brdf.source_tables.masking[cosine[j] as usize & (2 * COSINES - 1)];
         }
         let mut reflectance = [1.0f64; RUN];
-        match table.material {
-            Material::Mirror => {}
-            Material::Dielectric { n } => {
-                for j in 0..RUN {
-                    reflectance[j] = dielectric_of_square(cos2_beta[j], n);
-                }
-            }
-            Material::Conductor { n, k } => {
-                for j in 0..RUN {
-                    reflectance[j] = conductor_of_square(cos2_beta[j], n, k);
-                }
-            }
-        }
+        reflectances(simd, &table.material, &cos2_beta, &mut reflectance);
         for j in 0..RUN {
             let z = d.z[j];
             let hidden = f64::from(masked[j][0] + above[j] * masked[j][1]);
@@ -95,6 +83,24 @@ impl Draws {
                 let reflected = d.weight[j] * d.pdf[j] + f64::from(places.diffuse[j]) * d.z[j];
                 d.weight[j] = reflected / pdf;
                 d.pdf[j] = pdf;
+            }
+        }
+    }
+}
+
+/// [`Material::reflectance_of_square`] of a run; `reflectance` is 1 before.
+#[simd]
+pub(super) fn reflectances<S: Simd>(_: S, material: &Material, cos2_beta: &Lanes<f64>, reflectance: &mut Lanes<f64>) {
+    match *material {
+        Material::Mirror => {}
+        Material::Dielectric { n } => {
+            for j in 0..RUN {
+                reflectance[j] = dielectric_of_square(cos2_beta[j], n);
+            }
+        }
+        Material::Conductor { n, k } => {
+            for j in 0..RUN {
+                reflectance[j] = conductor_of_square(cos2_beta[j], n, k);
             }
         }
     }

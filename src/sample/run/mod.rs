@@ -1,9 +1,10 @@
-//! Draws by the run: what one draw does after the other, many do side by side.
+//! Draws and lookups by the run: what one does after the other, many do side by side.
 //!
-//! A single draw waits for itself: root, division, lookup, root, lookup, division. In runs of 64 every step is a
+//! A single draw waits for itself: root, division, lookup, root, lookup, division. So does a lookup. In runs of 64 every step is a
 //! loop of its own: arithmetic in lanes, and lookups one after the other without waiting, each one load of a whole record.
 
 mod cells;
+mod lookup;
 mod mirror;
 mod sources;
 
@@ -13,6 +14,7 @@ use cells::Places;
 use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 use glam::DVec3;
+use lookup::Lookups;
 use mirror::Draws;
 use sources::SourceLanes;
 pub(super) use sources::SourceTables;
@@ -79,6 +81,48 @@ fn run<S: Simd>(
                 out[j] = brdf.sample(wi[j], u[j]);
             }
         }
+    }
+}
+
+/// [`Brdf::eval_and_pdf_many`] of a table.
+pub(super) fn eval_and_pdf(brdf: &TableBrdf, wi: &[DVec3], wo: &[DVec3], out: &mut [(f64, f64)]) {
+    assert!(wi.len() == wo.len() && wo.len() == out.len(), "as many places and directions out as directions in");
+    let level = Level::new();
+    let together = if brdf.table.is_isotropic() { wi.len() / RUN * RUN } else { 0 };
+    let runs = wi[..together].as_chunks().0.iter().zip(wo[..together].as_chunks().0);
+    for ((wi, wo), out) in runs.zip(out[..together].as_chunks_mut().0) {
+        dispatch!(level, simd => look_up(simd, brdf, wi, wo, out));
+    }
+    let (wi, wo, out) = (&wi[together..], &wo[together..], &mut out[together..]);
+    if brdf.table.is_isotropic() && wi.len() >= WORTH {
+        let (mut sources, mut exits, mut found) = ([DVec3::Z; RUN], [DVec3::Z; RUN], [(0.0, 0.0); RUN]);
+        sources[..wi.len()].copy_from_slice(wi);
+        exits[..wo.len()].copy_from_slice(wo);
+        dispatch!(level, simd => look_up(simd, brdf, &sources, &exits, &mut found));
+        out.copy_from_slice(&found[..out.len()]);
+    } else {
+        for ((wi, wo), out) in wi.iter().zip(wo).zip(out) {
+            *out = brdf.eval_and_pdf(*wi, *wo);
+        }
+    }
+}
+
+#[simd]
+fn look_up<S: Simd>(simd: S, brdf: &TableBrdf, wi: &Lanes<DVec3>, wo: &Lanes<DVec3>, out: &mut Lanes<(f64, f64)>) {
+    let mut sources = SourceLanes::default();
+    sources.find(simd, &brdf.sources, &brdf.source_tables, wi);
+    let mut lookups = Lookups::default();
+    lookups.find(simd, brdf, &sources, wi, wo);
+    let mut found = [[0.0f32; 2]; RUN];
+    for j in 0..RUN {
+        let at = [lookups.shares[0][j], lookups.shares[1][j]];
+        let here = brdf.slabs.of_interval(sources.theta[j] as usize, sources.upper[j], lookups.from[j] as usize, at);
+        found[j] = [here.density, here.draws];
+    }
+    lookups.value(simd, brdf, &sources, &found);
+    for j in 0..RUN {
+        let lit = wi[j].z > HORIZON && wo[j].z > HORIZON;
+        out[j] = if lit { (lookups.value[j], lookups.pdf[j]) } else { (0.0, 0.0) };
     }
 }
 

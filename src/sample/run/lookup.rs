@@ -1,0 +1,116 @@
+//! Lookups of a run: from pairs of directions to the places between the cells, and from what is found there to `f_r` and pdf.
+
+use super::super::grid::piece as piece_f64;
+use super::super::sources::COSINES;
+use super::super::table_brdf::TableBrdf;
+use super::mirror::reflectances;
+use super::sources::SourceLanes;
+use super::{Lanes, RUN, piece};
+use crate::scatter::axis::{at_least, at_most};
+use fearless_simd::Simd;
+use fearless_simd_macros::simd;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Pairs of a run; those below the horizon are taken as above it.
+pub(super) struct Lookups {
+    /// The cell at or below, and the shares of the next column and row.
+    pub from: Lanes<u32>,
+    pub shares: [Lanes<f32>; 2],
+    /// `f_r` and pdf.
+    pub value: Lanes<f64>,
+    pub pdf: Lanes<f64>,
+    /// Cosines of the direction out and of the half vector's angles, the latter two squared.
+    z: Lanes<f64>,
+    cos2_beta: Lanes<f64>,
+    steepness: Lanes<f64>,
+    /// `1 / (wi + wo).z`.
+    per_z: Lanes<f64>,
+}
+
+impl Default for Lookups {
+    #[inline(always)]
+    fn default() -> Self {
+        let (wide, narrow) = ([0.0; RUN], [0.0; RUN]);
+        Lookups {
+            from: [0; RUN],
+            shares: [narrow; 2],
+            value: wide,
+            pdf: wide,
+            z: wide,
+            cos2_beta: wide,
+            steepness: wide,
+            per_z: wide,
+        }
+    }
+}
+
+impl Lookups {
+    /// Places of the pairs between the cells.
+    #[simd]
+    pub fn find<S: Simd>(&mut self, _: S, brdf: &TableBrdf, s: &SourceLanes, wi: &Lanes<DVec3>, wo: &Lanes<DVec3>) {
+        let grid = &brdf.slabs.grid;
+        let mut places = [[0.0f64; RUN]; 2];
+        for j in 0..RUN {
+            let z = at_least(wo[j].z, super::HORIZON);
+            let sum = [wi[j].x + wo[j].x, wi[j].y + wo[j].y, s.z[j] + z];
+            let per_z = 1.0 / sum[2];
+            let length2 = sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2];
+            self.z[j] = z;
+            self.per_z[j] = per_z;
+            self.cos2_beta[j] = at_most(0.25 * length2, 1.0);
+            self.steepness[j] = length2 * per_z * per_z;
+            // In the frame of the source, which is that of the cells.
+            let p = -per_z * (s.cos[j] * sum[0] + s.sin[j] * sum[1]);
+            let q = -per_z * (s.cos[j] * sum[1] - s.sin[j] * sum[0]);
+            places[0][j] = grid.to_x[0][0] * p + grid.to_x[0][1] * q + grid.to_x[0][2];
+            places[1][j] = grid.to_x[1][0] * p + grid.to_x[1][1] * q + grid.to_x[1][2];
+        }
+        for axis in 0..2 {
+            let stride = if axis == 0 { 1 } else { grid.row as u32 };
+            for j in 0..RUN {
+                let u = grid.coordinate(axis, places[axis][j]) + grid.half[axis];
+                let (number, beyond) = piece_f64(at_most(at_least(u, 0.5 + 1e-12), 2.0 * grid.half[axis] - 0.5));
+                self.from[j] += stride * (number as u32 - 1);
+                self.shares[axis][j] = (beyond + 0.5) as f32;
+            }
+        }
+    }
+
+    /// `f_r` and pdf where the table holds density and density of draws `found`.
+    #[simd]
+    pub fn value<S: Simd>(&mut self, simd: S, brdf: &TableBrdf, s: &SourceLanes, found: &Lanes<[f32; 2]>) {
+        let (mut cosine, mut above) = ([0u32; RUN], [0.0f32; RUN]);
+        for j in 0..RUN {
+            (cosine[j], above[j]) = piece(self.z[j] as f32 * COSINES as f32 + 0.5);
+        }
+        let mut masked = [[0.0f32; 2]; RUN];
+        for j in 0..RUN {
+            masked[j] = brdf.source_tables.masking[cosine[j] as usize & (2 * COSINES - 1)];
+        }
+        let mut reflectance = [1.0f64; RUN];
+        reflectances(simd, &brdf.table.material, &self.cos2_beta, &mut reflectance);
+        for j in 0..RUN {
+            let (z, steepness) = (self.z[j], self.steepness[j]);
+            let hidden = f64::from(masked[j][0] + above[j] * masked[j][1]);
+            let cosines = (s.z[j] + f64::from(s.masked[j])) * z + s.z[j] * hidden;
+            let bright = f64::from(s.balance[j]) * reflectance[j] * f64::from(found[j][0]);
+            self.value[j] = 0.25 * bright * steepness * steepness / cosines;
+            self.pdf[j] = f64::from(found[j][1]) * 0.5 * steepness * self.per_z[j];
+        }
+        if !brdf.glossy {
+            let last = brdf.facts.len() - 1;
+            let mut facts = [[[0.0f32; 4]; 2]; RUN];
+            for j in 0..RUN {
+                let theta = s.theta[j] as usize;
+                facts[j] = [brdf.facts[theta], brdf.facts[(theta + 1).min(last)]];
+            }
+            for j in 0..RUN {
+                let [a, b] = facts[j];
+                let mix = |k: usize| f64::from(a[k] + s.upper[j] * (b[k] - a[k]));
+                self.pdf[j] += mix(1) * self.z[j] * (1.0 / PI);
+                self.value[j] += mix(2);
+            }
+        }
+    }
+}
