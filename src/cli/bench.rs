@@ -371,7 +371,6 @@ fn budgeted(a: &Arguments, machine: &Machine, json: bool) -> anyhow::Result<()> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::quantity::share;
 
     #[test]
     fn times_have_units() {

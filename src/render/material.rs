@@ -112,17 +112,23 @@ impl<'a> Coat<'a> {
         if let Reflector::Grey(brdf) = self.reflector { Some(brdf) } else { None }
     }
 
-    /// `f_r` per channel without tint, and the density of [`Self::sample`], of many pairs.
+    /// `f_r` per channel without tint, and the density of [`Self::sample`], of many pairs; `grey` is room to work in.
     #[inline(always)]
-    pub(super) fn evaluate(&self, wi: &[DVec3], wo: &[DVec3], found: &mut [(DVec3, f64)]) {
-        for ((wi, wo), found) in wi.iter().zip(wo).zip(found) {
-            *found = match self.reflector {
-                Reflector::Grey(brdf) => {
-                    let (f_r, pdf) = brdf.eval_and_pdf(*wi, *wo);
-                    (DVec3::splat(f_r), pdf)
+    pub(super) fn evaluate(&self, wi: &[DVec3], wo: &[DVec3], found: &mut [(DVec3, f64)], grey: &mut Vec<(f64, f64)>) {
+        match self.reflector {
+            Reflector::Grey(brdf) => {
+                grey.clear();
+                grey.resize(wi.len(), (0.0, 0.0));
+                brdf.eval_and_pdf_many(wi, wo, grey);
+                for (found, (f_r, pdf)) in found.iter_mut().zip(grey) {
+                    *found = (DVec3::splat(*f_r), *pdf);
                 }
-                Reflector::Spectral(spectral) => spectral.eval_and_pdf(*wi, *wo),
-            };
+            }
+            Reflector::Spectral(spectral) => {
+                for ((wi, wo), found) in wi.iter().zip(wo).zip(found) {
+                    *found = spectral.eval_and_pdf(*wi, *wo);
+                }
+            }
         }
     }
 

@@ -3,8 +3,8 @@
 //! ```text
 //! description (.toml)
 //!   shape, disc, mesh ─┐
-//!   material, paint ───┼► scene ─► integrator ─► film ─► picture (.exr, .png)
-//!   light, environment ┘            camera, stream        caption
+//!   material, paint ───┼► scene ─► wave ─► film ─► picture (.exr, .png)
+//!   light, environment ┘           camera, stream   caption
 //! tiles: one picture that compares materials side by side
 //! ```
 //! Lengths in metres, radiance in W/(m2 sr) per linear RGB channel, z up.

@@ -49,13 +49,7 @@ impl Default for Asks {
 impl Asks {
     /// Takes over the first `count` rows of columns of points, normals and numbers that pick.
     #[inline(always)]
-    pub(super) fn fill(
-        &mut self,
-        point: &[Column<f64>; 3],
-        normal: &[Column<f64>; 3],
-        u: &Column<f64>,
-        count: usize,
-    ) {
+    pub(super) fn fill(&mut self, point: &[Column<f64>; 3], normal: &[Column<f64>; 3], u: &Column<f64>, count: usize) {
         self.len = count;
         let narrow = |from: &Column<f64>, to: &mut Column<f32>| {
             for row in (0..count).step_by(LANES) {
@@ -175,11 +169,8 @@ impl Reaches {
                 let light = index[lane] as usize;
                 let (weight, sum) = (scratch.weights[light][lane], total[lane]);
                 // Rounding may lead to a light that is out of sight, once in 10^7 draws.
-                let (chance, before) = if weight > 0.0 {
-                    (weight / sum, (scratch.up_to[light][lane] - weight) / sum)
-                } else {
-                    (0.0, 0.0)
-                };
+                let (chance, before) =
+                    if weight > 0.0 { (weight / sum, (scratch.up_to[light][lane] - weight) / sum) } else { (0.0, 0.0) };
                 picks[from + lane] =
                     Pick { light: light as u32, chance: f64::from(chance), start: f64::from(before), total: sum };
             }

@@ -205,9 +205,11 @@ impl<'a> Scene<'a> {
             leaving != id && target != id && disc.intersect(ray, distance).is_some()
         };
         self.discs.iter().enumerate().any(disc_hides)
-            || self.meshes.iter().enumerate().any(|(i, (mesh, _))| {
-                mesh.blocks(ray, distance, triangle_of(leaving, i), triangle_of(target, i))
-            })
+            || self
+                .meshes
+                .iter()
+                .enumerate()
+                .any(|(i, (mesh, _))| mesh.blocks(ray, distance, triangle_of(leaving, i), triangle_of(target, i)))
     }
 
     /// Whether a ray that does not meet a quad or a sphere that shines brings no light at all.
@@ -241,7 +243,9 @@ impl<'a> Scene<'a> {
     pub(super) fn shape(&self, id: Id) -> (DVec3, DVec3, f64) {
         match id {
             Id::Quad(i) => (self.solids.quads[i as usize].normal, self.solids.quads[i as usize].tangent, 0.0),
-            Id::Sphere(i) => (self.solids.spheres[i as usize].centre, DVec3::ZERO, self.solids.spheres[i as usize].radius),
+            Id::Sphere(i) => {
+                (self.solids.spheres[i as usize].centre, DVec3::ZERO, self.solids.spheres[i as usize].radius)
+            }
             Id::Disc(i) => (self.discs[i as usize].0.normal, self.discs[i as usize].0.tangent, 0.0),
             Id::Triangle { .. } => (DVec3::Z, DVec3::X, 0.0),
         }

@@ -180,13 +180,7 @@ fn near_sphere<S: Simd>(simd: S, rays: &Bundle<S>, sphere: &Sphere, limit: f64x8
 
 /// [`Sphere::intersect`] in lanes, [`Sphere::intersect_again`] in those of `own`.
 #[inline(always)]
-fn meet_sphere<S: Simd>(
-    simd: S,
-    rays: &Bundle<S>,
-    sphere: &Sphere,
-    own: mask64x8<S>,
-    limit: f64x8<S>,
-) -> Met<S> {
+fn meet_sphere<S: Simd>(simd: S, rays: &Bundle<S>, sphere: &Sphere, own: mask64x8<S>, limit: f64x8<S>) -> Met<S> {
     let ([b, c, discriminant], near) = approach(simd, rays, sphere);
     let zero = f64x8::splat(simd, 0.0);
     let root = discriminant.max(zero).sqrt();
