@@ -52,10 +52,9 @@ impl Asks {
     pub(super) fn fill(&mut self, point: &[Column<f64>; 3], normal: &[Column<f64>; 3], u: &Column<f64>, count: usize) {
         self.len = count;
         let narrow = |from: &Column<f64>, to: &mut Column<f32>| {
-            for row in (0..count).step_by(LANES) {
-                for k in row..row + LANES {
-                    to[k] = from[k] as f32;
-                }
+            let chunks = from.as_chunks::<LANES>().0.iter().zip(to.as_chunks_mut::<LANES>().0);
+            for (from, to) in chunks.take(count.div_ceil(LANES)) {
+                *to = from.map(|x| x as f32);
             }
         };
         for axis in 0..3 {

@@ -299,7 +299,7 @@ impl<'a> Scene<'a> {
             Id::Quad(i) => {
                 let quad = &self.solids.quads[i as usize];
                 let away = point - quad.corner;
-                DVec3::new(away.dot(quad.tangent), away.dot(quad.normal.cross(quad.tangent)), 0.0)
+                DVec3::new(away.dot(quad.tangent), away.dot(quad.bitangent), 0.0)
             }
             Id::Disc(i) => {
                 let disc = &self.discs[i as usize].0;

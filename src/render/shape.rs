@@ -28,8 +28,9 @@ pub struct Quad {
     pub(super) edge_u: DVec3,
     pub(super) edge_v: DVec3,
     pub(super) normal: DVec3,
-    /// Unit vector along `edge_u`.
+    /// Unit vector along `edge_u`, and the one that completes the frame.
     pub(super) tangent: DVec3,
+    pub(super) bitangent: DVec3,
     pub(super) area: f64,
     pub(super) offset: f64,
     /// Dual basis: `u = p . dual_u - shift_u` for a point of the plane.
@@ -62,6 +63,7 @@ impl Quad {
             edge_v,
             normal,
             tangent: edge_u.normalize(),
+            bitangent: normal.cross(edge_u.normalize()),
             area,
             offset: normal.dot(corner),
             dual_u,
@@ -153,7 +155,7 @@ impl Sphere {
     }
 
     /// As [`Self::intersect`] for a ray that starts on the sphere itself, where rounding must not find the start again.
-    #[inline(always)]
+    #[cfg(test)]
     pub(super) fn intersect_again(&self, ray: &Ray, t_max: f64) -> Option<f64> {
         let t = -2.0 * (ray.origin - self.centre).dot(ray.direction);
         (t > 1e-9 * self.radius && t < t_max).then_some(t)

@@ -15,12 +15,6 @@ pub(super) struct Solids {
     pub(super) lamps: Vec<Id>,
 }
 
-/// So many lanes that come near a sphere are faster one by one.
-const FEW: u32 = 2;
-
-/// Share of the squares of distances that covers all rounding.
-const SLACK: f64 = 1e-12;
-
 /// Distances, and the lanes for which they hold.
 struct Met<S: Simd> {
     t: f64x8<S>,
@@ -63,28 +57,13 @@ impl Solids {
             let nearer = met.lanes & !bundle.leaving.simd_eq(number);
             (t, found) = (nearer.select(met.t, t), nearer.select(number, found));
         }
-        let (mut t, mut found): ([f64; LANES], [f64; LANES]) = (t.into(), found.into());
         for (i, sphere) in self.spheres.iter().enumerate() {
-            let number = (2 * i + 1) as f64;
-            let mut near = near_sphere(simd, &bundle, sphere, f64x8::from_slice(simd, &t));
-            if near.count_ones() > FEW {
-                let (own, limit) = (bundle.leaving.simd_eq(wide(number)), f64x8::from_slice(simd, &t));
-                let met = meet_sphere(simd, &bundle, sphere, own, limit);
-                met.lanes.select(met.t, limit).store_slice(&mut t);
-                met.lanes.select(wide(number), f64x8::from_slice(simd, &found)).store_slice(&mut found);
-                continue;
-            }
-            while near != 0 {
-                let lane = near.trailing_zeros() as usize;
-                near &= near - 1;
-                let ray = rays.get(from + lane);
-                let again = rays.leaving(from + lane) == Some(Id::Sphere(i as u32));
-                let met = if again { sphere.intersect_again(&ray, t[lane]) } else { sphere.intersect(&ray, t[lane]) };
-                if let Some(nearer) = met {
-                    (t[lane], found[lane]) = (nearer, number);
-                }
+            let number = wide((2 * i + 1) as f64);
+            if let Some(met) = meet_sphere(simd, &bundle, sphere, bundle.leaving.simd_eq(number), t) {
+                (t, found) = (met.lanes.select(met.t, t), met.lanes.select(number, found));
             }
         }
+        let (t, found): ([f64; LANES], [f64; LANES]) = (t.into(), found.into());
         std::array::from_fn(|lane| Id::of_solid(found[lane]).map(|id| (t[lane], id)))
     }
 
@@ -95,7 +74,7 @@ impl Solids {
         let far = f64x8::splat(simd, f64::INFINITY);
         let ahead = |id: &Id| match *id {
             Id::Quad(i) => meet_quad(simd, &bundle, &self.quads[i as usize], far).lanes.to_bitmask(),
-            Id::Sphere(i) => near_sphere(simd, &bundle, &self.spheres[i as usize], far),
+            Id::Sphere(i) => approach(simd, &bundle, &self.spheres[i as usize]).1.to_bitmask(),
             _ => !0,
         };
         self.lamps.iter().fold(0, |bits, lamp| bits | ahead(lamp))
@@ -110,14 +89,14 @@ impl Solids {
         let mut blocked = length.simd_lt(wide(0.0));
         for (i, quad) in self.quads.iter().enumerate() {
             let number = wide((2 * i) as f64);
-            let met = meet_quad(simd, &bundle, quad, length);
-            blocked |= met.lanes & !(bundle.leaving.simd_eq(number) | target.simd_eq(number));
+            let free = !(bundle.leaving.simd_eq(number) | target.simd_eq(number));
+            // Most planes have start and end of all rays on one side: no division.
+            if (free & between(simd, &bundle, quad, length)).any_true() {
+                blocked |= free & meet_quad(simd, &bundle, quad, length).lanes;
+            }
         }
         for (i, sphere) in self.spheres.iter().enumerate() {
             let number = wide((2 * i + 1) as f64);
-            if near_sphere(simd, &bundle, sphere, length) == 0 {
-                continue;
-            }
             let own = bundle.leaving.simd_eq(number);
             // A sphere may hide itself from a ray that starts inside.
             let passed = target.simd_eq(number) & !own;
@@ -132,20 +111,20 @@ impl Solids {
 fn meet_quad<S: Simd>(simd: S, rays: &Bundle<S>, quad: &Quad, limit: f64x8<S>) -> Met<S> {
     let (o, d) = (&rays.origin, &rays.direction);
     let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
-    let (height, fall) = (f64x8::splat(simd, quad.offset) - dot(o, quad.normal), dot(d, quad.normal));
-    // Away from the plane, or its side is not changed before the limit: no division. A hair of room for rounding.
-    let lift = (height - limit * fall * (1.0 + 1e-12)) * height;
-    let ahead = (height * fall).simd_gt(zero) & lift.simd_le(zero);
-    if !ahead.any_true() {
-        return Met { t: limit, lanes: ahead };
-    }
-    let t = height / fall;
-    // A ray in the plane gives an infinity or a NaN: both fail these comparisons.
-    let ahead = t.simd_gt(zero) & t.simd_lt(limit);
+    let t = (f64x8::splat(simd, quad.offset) - dot(o, quad.normal)) / dot(d, quad.normal);
     let point = [t * d[0] + o[0], t * d[1] + o[1], t * d[2] + o[2]];
     let (u, v) = (dot(&point, quad.dual_u) - quad.shift_u, dot(&point, quad.dual_v) - quad.shift_v);
-    let inside = u.simd_ge(zero) & u.simd_le(one) & v.simd_ge(zero) & v.simd_le(one);
-    Met { t, lanes: ahead & inside }
+    // A ray in the plane gives an infinity or a NaN: both fail these comparisons.
+    let ahead = t.simd_gt(zero) & t.simd_lt(limit);
+    Met { t, lanes: ahead & u.simd_ge(zero) & u.simd_le(one) & v.simd_ge(zero) & v.simd_le(one) }
+}
+
+/// The rays that change the side of the plane of a quad before their limit, and a few more by rounding.
+#[inline(always)]
+fn between<S: Simd>(simd: S, rays: &Bundle<S>, quad: &Quad, limit: f64x8<S>) -> mask64x8<S> {
+    let height = f64x8::splat(simd, quad.offset) - dot(&rays.origin, quad.normal);
+    let way = dot(&rays.direction, quad.normal) * limit * (1.0 + 1e-12);
+    (height * way).simd_gt(f64x8::splat(simd, 0.0)) & (height * (height - way)).simd_le(f64x8::splat(simd, 0.0))
 }
 
 /// What both questions to a sphere begin with, as [`Sphere::intersect`] does: `b`, `c`, the discriminant, and the lanes whose
@@ -164,31 +143,29 @@ fn approach<S: Simd>(simd: S, rays: &Bundle<S>, sphere: &Sphere) -> ([f64x8<S>; 
     ([b, c, discriminant], lanes)
 }
 
-/// A bit for each ray that may meet the sphere before its limit: a few too many, never too few.
+/// [`Sphere::intersect`] in lanes, and in those of `own` the far end of the chord: rounding must not find the start again.
+/// `None` if no ray meets the sphere before its limit.
 #[inline(always)]
-fn near_sphere<S: Simd>(simd: S, rays: &Bundle<S>, sphere: &Sphere, limit: f64x8<S>) -> u64 {
-    let (o, d) = (&rays.origin, &rays.direction);
-    let m = [o[0] - sphere.centre.x, o[1] - sphere.centre.y, o[2] - sphere.centre.z];
-    let (b, m2) = (dot_lanes(&m, d), dot_lanes(&m, &m));
-    let slack = m2 * SLACK + sphere.radius * sphere.radius * SLACK;
-    let c = m2 - sphere.radius * sphere.radius - slack;
-    let zero = f64x8::splat(simd, 0.0);
-    // No point of the sphere is nearer than -b - r.
-    let before = (zero - b - sphere.radius * (1.0 + SLACK)).simd_lt(limit);
-    ((b * b).simd_ge(c) & (c.simd_le(zero) | b.simd_le(zero)) & before).to_bitmask()
-}
-
-/// [`Sphere::intersect`] in lanes, [`Sphere::intersect_again`] in those of `own`.
-#[inline(always)]
-fn meet_sphere<S: Simd>(simd: S, rays: &Bundle<S>, sphere: &Sphere, own: mask64x8<S>, limit: f64x8<S>) -> Met<S> {
+fn meet_sphere<S: Simd>(
+    simd: S,
+    rays: &Bundle<S>,
+    sphere: &Sphere,
+    own: mask64x8<S>,
+    limit: f64x8<S>,
+) -> Option<Met<S>> {
     let ([b, c, discriminant], near) = approach(simd, rays, sphere);
     let zero = f64x8::splat(simd, 0.0);
+    // No point of the sphere is nearer than -b - r, and from outside the own sphere is behind.
+    let near = near & (zero - b - sphere.radius).simd_lt(limit) & !(own & b.simd_ge(zero));
+    if !near.any_true() {
+        return None;
+    }
     let root = discriminant.max(zero).sqrt();
     let outside = c.simd_gt(zero);
     let t = outside.select(c, root - b) / outside.select(root - b, f64x8::splat(simd, 1.0));
     let t = own.select(b * -2.0, t);
     let least = own.select(f64x8::splat(simd, 1e-9 * sphere.radius), zero);
-    Met { t, lanes: (own | near) & t.simd_gt(least) & t.simd_lt(limit) }
+    Some(Met { t, lanes: near & t.simd_gt(least) & t.simd_lt(limit) })
 }
 
 /// Whether the sphere is met before `length`, without a root: the end of the ray is beyond the middle of its chord, or inside
