@@ -274,9 +274,10 @@ mod tests {
     /// The light asked at a point.
     fn pick(lights: &Lights, at: &Asking, u: f64) -> Pick {
         let wide = |v: DVec3| [v.x, v.y, v.z].map(|x| [x; WAVE]);
-        let (mut asks, mut picks) = (Asks::default(), [Pick::default(); WAVE]);
-        asks.fill(&wide(at.point), &wide(at.normal), &[u; WAVE], 1);
-        dispatch!(Level::new(), simd => lights.reaches.pick(simd, &asks, &mut Scratch::default(), &mut picks));
+        let (point, normal) = (wide(at.point), wide(at.normal));
+        let (asks, mut picks) =
+            (Asks { len: 1, point: &point, normal: &normal, u: &[u; WAVE] }, [Pick::default(); WAVE]);
+        dispatch!(Level::new(), simd => lights.reaches.pick(simd, asks, &mut Scratch::default(), &mut picks));
         picks[0]
     }
 

@@ -1,8 +1,8 @@
 //! How much each lamp matters at a point, and which one is asked there.
 
-use super::rays::{Column, WAVE};
+use super::rays::Column;
 use crate::math::frame::DVec3;
-use fearless_simd::{Simd, f32x16, prelude::*};
+use fearless_simd::{Simd, f32x16, f64x8, prelude::*};
 
 /// Up to this many lights are weighed at every point; more are drawn by their power alone.
 const WEIGHED: usize = 64;
@@ -31,38 +31,13 @@ pub(super) struct Asking {
     pub normal: DVec3,
 }
 
-/// The points that ask together, in columns.
-pub(super) struct Asks {
-    len: usize,
-    point: [Column<f32>; 3],
-    normal: [Column<f32>; 3],
-    u: Column<f32>,
-}
-
-impl Default for Asks {
-    fn default() -> Self {
-        let zeros = [[0.0; WAVE]; 3];
-        Asks { len: 0, point: zeros, normal: zeros, u: [0.0; WAVE] }
-    }
-}
-
-impl Asks {
-    /// Takes over the first `count` rows of columns of points, normals and numbers that pick.
-    #[inline(always)]
-    pub(super) fn fill(&mut self, point: &[Column<f64>; 3], normal: &[Column<f64>; 3], u: &Column<f64>, count: usize) {
-        self.len = count;
-        let narrow = |from: &Column<f64>, to: &mut Column<f32>| {
-            let chunks = from.as_chunks::<LANES>().0.iter().zip(to.as_chunks_mut::<LANES>().0);
-            for (from, to) in chunks.take(count.div_ceil(LANES)) {
-                *to = from.map(|x| x as f32);
-            }
-        };
-        for axis in 0..3 {
-            narrow(&point[axis], &mut self.point[axis]);
-            narrow(&normal[axis], &mut self.normal[axis]);
-        }
-        narrow(u, &mut self.u);
-    }
+/// The points that ask together, in columns, with the numbers that pick their lights.
+#[derive(Clone, Copy)]
+pub(super) struct Asks<'c> {
+    pub len: usize,
+    pub point: &'c [Column<f64>; 3],
+    pub normal: &'c [Column<f64>; 3],
+    pub u: &'c Column<f64>,
 }
 
 /// The light picked at a point: its number and chance, and where its share of the unit interval starts.
@@ -133,23 +108,24 @@ impl Reaches {
 
     /// Picks a light for every point by how much it matters there.
     #[inline(always)]
-    pub(super) fn pick<S: Simd>(&self, simd: S, asks: &Asks, scratch: &mut Scratch, picks: &mut Column<Pick>) {
+    pub(super) fn pick<S: Simd>(&self, simd: S, asks: Asks, scratch: &mut Scratch, picks: &mut Column<Pick>) {
         let count = self.list.len();
         if count == 0 {
             return picks[..asks.len].fill(Pick::default());
         }
         if count > WEIGHED {
-            for (pick, &u) in picks.iter_mut().zip(&asks.u).take(asks.len) {
-                let light = self.cumulative.partition_point(|&c| c <= f64::from(u)).min(count - 1);
+            for (pick, &u) in picks.iter_mut().zip(asks.u).take(asks.len) {
+                let light = self.cumulative.partition_point(|&c| c <= u).min(count - 1);
                 let (start, chance) = self.share(light);
                 *pick = Pick { light: light as u32, chance, start, total: 1.0 };
             }
             return;
         }
         for from in (0..asks.len).step_by(LANES) {
-            let load = |column: &Column<f32>| f32x16::from_slice(simd, &column[from..from + LANES]);
-            let all = |columns: &[Column<f32>; 3]| [load(&columns[0]), load(&columns[1]), load(&columns[2])];
-            let (point, normal) = (all(&asks.point), all(&asks.normal));
+            let half = |column: &Column<f64>, at: usize| f64x8::from_slice(simd, &column[at..at + LANES / 2]);
+            let load = |column: &Column<f64>| simd.narrow_f64x8(half(column, from), half(column, from + LANES / 2));
+            let all = |columns: &[Column<f64>; 3]| [load(&columns[0]), load(&columns[1]), load(&columns[2])];
+            let (point, normal) = (all(asks.point), all(asks.normal));
             let mut total = f32x16::splat(simd, 0.0);
             for (k, reach) in self.list.iter().enumerate() {
                 let weights = reach.weights(simd, &point, &normal);
@@ -157,7 +133,7 @@ impl Reaches {
                 scratch.weights[k] = weights.into();
                 scratch.up_to[k] = total.into();
             }
-            let target = total * load(&asks.u);
+            let target = total * load(asks.u);
             let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
             let mut index = zero;
             for up_to in &scratch.up_to[..count - 1] {

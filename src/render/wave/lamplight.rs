@@ -11,7 +11,6 @@ use fearless_simd::Simd;
 /// What the lights send to each spot: a direction, its density among all draws (0 for none), and what shines there.
 pub(super) struct Lamplight {
     u: [Column<f64>; 2],
-    asks: Asks,
     scratch: Scratch,
     pub picks: Column<Pick>,
     /// Where a sphere was picked.
@@ -35,7 +34,6 @@ impl Default for Lamplight {
         let zeros = [0.0; WAVE];
         Lamplight {
             u: [zeros; 2],
-            asks: Asks::default(),
             scratch: Scratch::default(),
             picks: [Pick::default(); WAVE],
             balls: Balls { centre: [zeros; 3], radius: [1.0; WAVE], pdf: zeros },
@@ -66,8 +64,8 @@ impl Lamplight {
         normal: &[Column<f64>; 3],
         count: usize,
     ) {
-        self.asks.fill(point, normal, &self.u[0], count);
-        lights.reaches.pick(simd, &self.asks, &mut self.scratch, &mut self.picks);
+        let asks = Asks { len: count, point, normal, u: &self.u[0] };
+        lights.reaches.pick(simd, asks, &mut self.scratch, &mut self.picks);
         let mut round = false;
         for i in 0..count {
             let (pick, u) = (&self.picks[i], self.u[0][i]);

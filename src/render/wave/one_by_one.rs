@@ -62,9 +62,9 @@ fn blocked(scene: &Scene, ray: &Ray, distance: f64, leaving: Id, target: Option<
 /// The light that is asked at one point.
 fn pick(scene: &Scene, at: &Asking, u: f64) -> Pick {
     let wide = |v: DVec3| [v.x, v.y, v.z].map(|x| -> Column<f64> { [x; WAVE] });
-    let (mut asks, mut picks) = (Asks::default(), [Pick::default(); WAVE]);
-    asks.fill(&wide(at.point), &wide(at.normal), &[u; WAVE], 1);
-    dispatch!(Level::new(), simd => scene.lights.reaches.pick(simd, &asks, &mut Scratch::default(), &mut picks));
+    let (point, normal) = (wide(at.point), wide(at.normal));
+    let (asks, mut picks) = (Asks { len: 1, point: &point, normal: &normal, u: &[u; WAVE] }, [Pick::default(); WAVE]);
+    dispatch!(Level::new(), simd => scene.lights.reaches.pick(simd, asks, &mut Scratch::default(), &mut picks));
     picks[0]
 }
 
