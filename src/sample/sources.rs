@@ -68,7 +68,7 @@ impl Sources {
             [[values[0], 0.0]].into_iter().chain(inside).chain([[end, 0.0]]).collect()
         };
         let masking = pieces(table.masking.steps());
-        let (factors, behind) = table.balance.of_isotropic_steps();
+        let (factors, azimuths, behind) = table.balance.steps();
         let last = table.theta_i()[table.theta_i().len() - 1];
         Sources {
             first: Box::new(std::array::from_fn(first)),
@@ -76,7 +76,7 @@ impl Sources {
             last: Last {
                 tangent: if tangents.len() > 1 { last.tan() } else { -1.0 },
                 per_cosine: 1.0 / last.cos(),
-                before: (factors.len() - 1 - behind) as f64,
+                before: (factors.len() / azimuths - 1 - behind) as f64,
                 behind: behind as f64,
             },
             gaps,

@@ -11,7 +11,7 @@ use crate::math::direction;
 use crate::optics::{Brdf, BrdfSample};
 use crate::scatter::axis::{at_least, at_most};
 use crate::table::{Incident, Place, Table, albedos, mesh, not_below};
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
@@ -44,7 +44,7 @@ pub struct TableBrdf {
     pub(super) slabs: Slabs,
     pub(super) hats: Hats,
     /// Per node, for runs: probabilities of core and floor, `f_r` of the floor, reflecting share of the core.
-    pub(super) facts: Vec<[f32; 4]>,
+    pub(super) facts: Vec<Vec4>,
     /// No node has a core or a floor.
     pub(super) glossy: bool,
     /// That, and the same at every azimuth.
@@ -115,11 +115,12 @@ impl TableBrdf {
             .collect::<Result<_>>()?;
         let (nodes, draws): (Vec<Sampler>, Vec<Vec<f32>>) = built.into_iter().unzip();
         let sources = Sources::new(&table);
-        let source_tables = SourceTables::new(&sources);
+        let source_tables = SourceTables::new(&table, &sources);
         let slabs = Slabs::new(&table, &draws);
         let slots = Slots::new(cells, nodes.iter().map(|node| node.alias.as_ref()));
         let glossy = nodes.iter().all(|node| node.core == 0.0 && node.floor == 0.0);
-        let facts = nodes.iter().map(|n| [n.core, n.floor, n.diffuse, n.core_share].map(|x| x as f32)).collect();
+        let facts =
+            nodes.iter().map(|n| Vec4::from([n.core, n.floor, n.diffuse, n.core_share].map(|x| x as f32))).collect();
         Ok(TableBrdf {
             facts,
             nodes,
@@ -145,9 +146,9 @@ impl TableBrdf {
         self.nodes[node].alias.as_ref()
     }
 
-    /// Whether [`run`] can draw from it: the same at every azimuth, and a lobe at every node.
+    /// Whether [`run`] can draw from it: there is a lobe at every node.
     pub(super) fn runs(&self) -> bool {
-        self.table.isotropic && self.slots.nodes.iter().all(|node| node.count > 0)
+        self.slots.nodes.iter().all(|node| node.count > 0)
     }
 
     /// Blends what every node says about core and floor.
@@ -323,10 +324,8 @@ impl TableBrdf {
 
     /// A draw of the floor, for two uniform numbers.
     fn sample_floor(&self, incident: &Incident, u: f64, v: f64) -> Option<BrdfSample> {
-        let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
-        let (r, z) = (u.sqrt(), (1.0 - u).sqrt());
-        let wo = DVec3::new(r * cos, r * sin, z);
-        if z <= HORIZON {
+        let wo = incident.out_of_cells(by_the_cosine([u, v]));
+        if wo.z <= HORIZON {
             return None;
         }
         let (f, pdf) = self.both(incident.wi, wo);
@@ -408,6 +407,14 @@ impl Brdf for TableBrdf {
     fn specular_core(&self, wi: DVec3) -> f64 {
         self.table.core(wi)
     }
+}
+
+/// The direction drawn by the cosine for two uniform numbers (Malley: a point of the disc, lifted).
+#[inline]
+pub(super) fn by_the_cosine([u, v]: [f64; 2]) -> DVec3 {
+    let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
+    let r = u.sqrt();
+    DVec3::new(r * cos, r * sin, (1.0 - u).sqrt())
 }
 
 /// The second of two with probability `share`, and what is left of `u`.
