@@ -98,7 +98,8 @@ impl TableBrdf {
                 let rest = weights.iter().sum::<f64>();
                 let mirror = facts.core_share * table.material.reflectance(wi.z);
                 let all = mirror + facts.diffuse + rest;
-                let probability = |energy: f64| if energy > 0.0 { energy / all } else { 0.0 };
+                // Of 24 bits, as lanes hold them.
+                let probability = |energy: f64| if energy > 0.0 { f64::from((energy / all) as f32) } else { 0.0 };
                 let (core, floor) = (probability(mirror), probability(facts.diffuse));
                 let mut draws = vec![0.0f32; cells.len()];
                 let mut alias = None;
@@ -319,7 +320,7 @@ impl TableBrdf {
         let (p, q) = self.table.cells.slope_of([f64::from(x.x), f64::from(y.x)]);
         let below = (usize::from(cell[1]) + y.beyond - 1) * self.slabs.grid.row + usize::from(cell[0]) + x.beyond - 1;
         let found = self.slabs.between::<ISO>(place, below, [x.upper, y.upper]);
-        self.reflect::<PLAIN>(incident, &blend, [p, q], found)
+        self.reflect::<ISO, PLAIN>(incident, &blend, [p, q], found)
     }
 
     /// A draw of the floor, for two uniform numbers.
@@ -334,7 +335,7 @@ impl TableBrdf {
 
     /// The draw of a slope in the frame of the cells.
     #[inline(always)]
-    fn reflect<const PLAIN: bool>(
+    fn reflect<const ISO: bool, const PLAIN: bool>(
         &self,
         incident: &Incident,
         blend: &Blend,
@@ -342,27 +343,29 @@ impl TableBrdf {
         found: Found,
     ) -> Option<BrdfSample> {
         let wi = incident.wi;
-        let local = incident.in_cells(wi);
+        let local = if ISO { DVec3::new(incident.place.sine, 0.0, wi.z) } else { wi };
         // lean = cos_beta / cos_theta_h.
-        let lean = wi.z - p * local.x - q * local.y;
+        let lean = if ISO { wi.z - p * local.x } else { wi.z - p * local.x - q * local.y };
         let steepness = 1.0 + p * p + q * q;
-        let inverse = 1.0 / (steepness * lean);
-        let scale = 2.0 * lean * lean * inverse;
-        let wo = incident.out_of_cells(DVec3::new(-p * scale - local.x, -q * scale - local.y, scale - wi.z));
+        let scale = 2.0 * lean * (1.0 / steepness);
+        let (x, y) = (-p * scale - local.x, -q * scale - local.y);
+        let wo =
+            if ISO { incident.out_of_cells(DVec3::new(x, y, scale - wi.z)) } else { DVec3::new(x, y, scale - wi.z) };
         if !(lean > 0.0 && wo.z > HORIZON) {
             return None;
         }
-        let reflectance = self.table.material.reflectance_of_square(at_most(0.5 * lean * scale, 1.0));
-        let cosines = self.cosines(incident, wo.z);
-        let density = incident.balance * reflectance * f64::from(found.density) * lean * wo.z;
+        // One division at the end of what waits for roots and lookups.
+        let [above, below] = self.table.material.reflectance_of_ratio(at_most(lean * lean, steepness), steepness);
+        let below = below * self.cosines(incident, wo.z);
+        let density = incident.balance * f64::from(found.density) * lean * wo.z * above;
         let draws = f64::from(found.draws);
         if PLAIN {
-            let pdf = 0.25 * draws * steepness * steepness * steepness * inverse;
-            return Some(BrdfSample { wo, weight: density / (cosines * draws), pdf, specular: false });
+            let pdf = 0.25 * draws * steepness * steepness / lean;
+            return Some(BrdfSample { wo, weight: density / (below * draws), pdf, specular: false });
         }
         // dw / (dp dq) = 4 cos_beta cos^3 theta_h: rest and draws stay per slope, floor and cosine come to it.
         let per_slope = 4.0 * lean / (steepness * steepness);
-        let reflected = density / cosines + blend.diffuse * wo.z * per_slope;
+        let reflected = density / below + blend.diffuse * wo.z * per_slope;
         let draws = draws + blend.floor * wo.z * (1.0 / PI) * per_slope;
         Some(BrdfSample { wo, weight: reflected / draws, pdf: draws / per_slope, specular: false })
     }

@@ -40,7 +40,7 @@ struct Drawn {
     across: Lanes<f32>,
     along: Lanes<f32>,
     /// Where the floor is drawn instead, what is left of the second number; below 0 elsewhere.
-    floor: Lanes<f32>,
+    floor: Lanes<f64>,
 }
 
 impl Places {
@@ -55,7 +55,7 @@ impl Places {
         if !brdf.glossy {
             for j in 0..RUN {
                 if drawn.floor[j] >= 0.0 {
-                    self.on_the_floor(brdf, sources, j, [u[j][0], f64::from(drawn.floor[j])]);
+                    self.on_the_floor(brdf, sources, j, [u[j][0], drawn.floor[j]]);
                 }
             }
         }
@@ -89,24 +89,21 @@ impl Places {
         let mut left = [0.0f64; RUN];
         let mut node = [0u32; RUN];
         for j in 0..RUN {
-            let (take, rest) = choose(f64::from(sources.upper[j]), u[j][1]);
+            let (take, rest) = choose(sources.second[j], u[j][1]);
             node[j] = sources.theta[j] + take;
             left[j] = rest;
         }
         let phis = brdf.table.phi_i().len();
         if phis > 1 {
             for j in 0..RUN {
-                let (take, rest) = choose(f64::from(sources.turned[j]), left[j]);
+                let (take, rest) = choose(sources.second_azimuth[j], left[j]);
                 let phi = if take == 0 { sources.phi[0][j] } else { sources.phi[1][j] };
                 node[j] = node[j] * phis as u32 + phi;
                 left[j] = rest;
             }
         }
-        for j in 0..RUN {
-            drawn.along[j] = left[j] as f32;
-        }
-        let last = brdf.facts.len() - 1;
         if !brdf.glossy {
+            let last = brdf.facts.len() - 1;
             sources.blend(simd, brdf, &mut self.blend);
             let mut facts = [[0.0f32; 2]; RUN];
             for j in 0..RUN {
@@ -114,15 +111,19 @@ impl Places {
                 facts[j] = [here.x, here.y];
             }
             for j in 0..RUN {
-                let [core, floor] = facts[j];
-                let beyond = drawn.along[j] - core;
+                let [core, floor] = facts[j].map(f64::from);
+                let beyond = left[j] - core;
                 self.core[j] = u32::from(beyond < 0.0);
                 let on_floor = beyond >= 0.0 && beyond < floor;
                 drawn.floor[j] = if on_floor { beyond / floor } else { -1.0 };
                 let rest = (beyond - floor) / (1.0 - core - floor);
-                drawn.along[j] = if rest > 0.0 { rest } else { 0.0 };
+                left[j] = if rest > 0.0 { rest } else { 0.0 };
             }
         }
+        for j in 0..RUN {
+            drawn.along[j] = left[j] as f32;
+        }
+        let last = brdf.slots.nodes.len() - 1;
         let mut range = [Range::default(); RUN];
         for j in 0..RUN {
             range[j] = brdf.slots.nodes[(node[j] as usize).min(last)];

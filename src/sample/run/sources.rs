@@ -11,12 +11,12 @@ use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use glam::{DVec3, Vec4};
 
-/// [`Sources`] in f32, for lanes.
+/// [`Sources`] for lanes, most of it in f32.
 #[derive(Debug, Clone)]
 pub(in super::super) struct SourceTables {
     /// Tangent of the second node of every interval, infinite for the last; of its first node, and one over the gap.
-    ends: Vec<f32>,
-    gaps: Vec<[f32; 2]>,
+    ends: Vec<f64>,
+    gaps: Vec<[f64; 2]>,
     pub(super) masking: Box<[[f32; 2]; 2 * COSINES]>,
     balance: Vec<[f32; 2]>,
     azimuths: Azimuths,
@@ -26,8 +26,8 @@ impl SourceTables {
     pub fn new(table: &Table, sources: &Sources) -> SourceTables {
         let narrow = |x: &[f64; 2]| x.map(|x| x as f32);
         SourceTables {
-            ends: sources.gaps.iter().map(|gap| gap.end2.sqrt() as f32).collect(),
-            gaps: sources.gaps.iter().map(|gap| [gap.from as f32, gap.per_gap as f32]).collect(),
+            ends: sources.gaps.iter().map(|gap| gap.end2.sqrt()).collect(),
+            gaps: sources.gaps.iter().map(|gap| [gap.from, gap.per_gap]).collect(),
             masking: Box::new(std::array::from_fn(|k| narrow(&sources.masking[k]))),
             balance: sources.balance.iter().map(narrow).collect(),
             azimuths: Azimuths::new(table),
@@ -44,15 +44,17 @@ pub(super) struct SourceLanes {
     /// Cosine and sine of the turn into that frame: of phi_i if isotropic.
     pub cos: Lanes<f64>,
     pub sin: Lanes<f64>,
-    /// Interval of theta_i and the share of its second node.
+    /// Interval of theta_i and the share of its second node, to choose by and to interpolate with.
     pub theta: Lanes<u32>,
+    pub second: Lanes<f64>,
     pub upper: Lanes<f32>,
-    /// The two azimuths around phi_i and the share of the second; 0 of an isotropic table.
+    /// The two azimuths around phi_i and the share of the second, likewise; 0 of an isotropic table.
     pub phi: [Lanes<u32>; 2],
+    pub second_azimuth: Lanes<f64>,
     pub turned: Lanes<f32>,
     pub balance: Lanes<f32>,
     pub masked: Lanes<f32>,
-    tangent: Lanes<f32>,
+    tangent: Lanes<f64>,
 }
 
 impl Default for SourceLanes {
@@ -66,12 +68,14 @@ impl Default for SourceLanes {
             cos: wide,
             sin: wide,
             theta: [0; RUN],
+            second: wide,
             upper: narrow,
             phi: [[0; RUN]; 2],
+            second_azimuth: wide,
             turned: narrow,
             balance: narrow,
             masked: narrow,
-            tangent: narrow,
+            tangent: wide,
         }
     }
 }
@@ -105,10 +109,10 @@ impl SourceLanes {
             let inverse = 1.0 / (s.x[j] * z);
             s.cos[j] = x * (inverse * z);
             s.sin[j] = y * (inverse * z);
-            s.tangent[j] = (r2 * inverse) as f32;
+            s.tangent[j] = r2 * inverse;
             bucket[j] = piece_f64(z * BUCKETS as f64 + 0.5).0 as u32;
         }
-        let mut gap = [[0.0f32; 2]; RUN];
+        let mut gap = [[0.0f64; 2]; RUN];
         for j in 0..RUN {
             let mut theta = usize::from(sources.first[bucket[j] as usize & (2 * BUCKETS - 1)]);
             while s.tangent[j] >= tables.ends[theta] {
@@ -120,8 +124,8 @@ impl SourceLanes {
         let (mut cosine, mut above) = ([0u32; RUN], narrow);
         for j in 0..RUN {
             let u = (s.tangent[j] - gap[j][0]) * gap[j][1];
-            let u = if u > 0.0 { u } else { 0.0 };
-            s.upper[j] = if u < 1.0 { u } else { 1.0 };
+            s.second[j] = at_most(at_least(u, 0.0), 1.0);
+            s.upper[j] = s.second[j] as f32;
             let z = s.z[j] as f32;
             (cosine[j], above[j]) = piece(z * COSINES as f32 + 0.5);
         }
@@ -147,7 +151,7 @@ impl SourceLanes {
         let mut balance = [[0.0f32; 2]; RUN];
         for j in 0..RUN {
             // Beyond the last node it ends at zero: few draws, and none for f32.
-            balance[j] = if f64::from(s.tangent[j]) > sources.last.tangent {
+            balance[j] = if s.tangent[j] > sources.last.tangent {
                 [sources.balance_beyond(s.z[j]) as f32, 0.0]
             } else {
                 tables.balance[step[j] as usize]
@@ -181,7 +185,8 @@ impl SourceLanes {
                 let gap = &azimuths.gaps[(passed[j] as usize).min(last)];
                 (s.phi[0][j], s.phi[1][j]) = (gap.nodes[0], gap.nodes[1]);
                 let beyond = turn[j] - gap.from;
-                s.turned[j] = ((if beyond < 0.0 { beyond + 4.0 } else { beyond }) * gap.per_gap) as f32;
+                s.second_azimuth[j] = (if beyond < 0.0 { beyond + 4.0 } else { beyond }) * gap.per_gap;
+                s.turned[j] = s.second_azimuth[j] as f32;
             }
         }
     }
@@ -191,25 +196,26 @@ impl SourceLanes {
     fn balance_around<S: Simd>(&mut self, _: S, sources: &Sources, azimuths: &Azimuths, wi: &Lanes<DVec3>) {
         let s = self;
         let last = &sources.last;
-        let (mut row, mut along, mut around) = ([0u32; RUN], [0.0f32; RUN], [0.0f32; RUN]);
+        // In f64: towards the horizon it ends at zero.
+        let (mut row, mut along, mut around) = ([0u32; RUN], [0.0f64; RUN], [0.0f32; RUN]);
         let per_turn = azimuths.steps as f64 / 4.0;
         for j in 0..RUN {
             let beyond = at_most(at_least(1.0 - s.z[j] * last.per_cosine, 0.0), 1.0);
             let outside = last.before + beyond * last.behind;
-            let inside = (f64::from(s.theta[j] as i32) + f64::from(s.upper[j])) * BALANCE_STEPS as f64;
-            let x = if f64::from(s.tangent[j]) > last.tangent { outside } else { inside };
+            let inside = (f64::from(s.theta[j] as i32) + s.second[j]) * BALANCE_STEPS as f64;
+            let x = if s.tangent[j] > last.tangent { outside } else { inside };
             let end = last.before + last.behind;
             let (step, x) = piece_f64(at_most(at_least(x, 1e-9), end - 1e-9) + 0.5);
             let turn = crate::table::turn(wi[j].x, wi[j].y) * per_turn;
             let (azimuth, y) = piece_f64(at_least(turn, 1e-9) + 0.5);
             row[j] = (step as u32 - 1) * azimuths.steps as u32 + (azimuth as u32 - 1);
-            (along[j], around[j]) = (x as f32 + 0.5, y as f32 + 0.5);
+            (along[j], around[j]) = (x + 0.5, y as f32 + 0.5);
         }
         for j in 0..RUN {
             let at = row[j] as usize;
             let (low, high) = (azimuths.balance[at], azimuths.balance[at + azimuths.steps]);
-            let [low, high] = [low, high].map(|[value, rise]| value + around[j] * rise);
-            s.balance[j] = low + along[j] * (high - low);
+            let [low, high] = [low, high].map(|[value, rise]| f64::from(value + around[j] * rise));
+            s.balance[j] = (low + along[j] * (high - low)) as f32;
         }
     }
 
