@@ -31,21 +31,6 @@ pub fn dielectric_of_square(c2: f64, n: f64) -> f64 {
     0.5 * above * (p * p + ks * ks) / (sp * sp)
 }
 
-/// [`dielectric_of_square`] of `c2 = a / b` as numerator and denominator, for those who divide later anyway.
-#[inline(always)]
-pub fn dielectric_of_ratio(a: f64, b: f64, n: f64) -> [f64; 2] {
-    let step = n * n - 1.0;
-    let inside = step * b + a;
-    if inside <= 0.0 {
-        return [1.0, 1.0];
-    }
-    let cross = 2.0 * (a * inside).sqrt();
-    let s = a + inside + cross;
-    let p = n * n * (n * n * a + cross) + inside;
-    let (ks, sp, pb) = ((a * (n * n + 1.0) - b) * s, s * p, p * b);
-    [0.5 * step * step * (pb * pb + ks * ks), sp * sp]
-}
-
 /// `R` of a conductor of index `n + i k`: `e = (n + ik)^2`, `g = sqrt(e - sin^2)`,
 /// `r_s = (c - g) / (c + g)`, `r_p = (e c - g) / (e c + g) = r_s (c g - sin^2) / (c g + sin^2)`.
 ///
@@ -127,17 +112,6 @@ mod tests {
             assert!((conductor(cos_deg(angle), 1.0152, 6.6273) - r).abs() < 1e-9);
         }
         assert!((conductor(0.0, 1.0, 6.6) - 1.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_ratio_is_its_quotient() {
-        for (n, b) in [(1.5, 1.0), (1.33, 7.3), (0.8, 401.0), (2.4, 0.01)] {
-            for k in 0..=100 {
-                let c2 = f64::from(k) / 100.0;
-                let [above, below] = dielectric_of_ratio(c2 * b, b, n);
-                assert!((above / below - dielectric_of_square(c2, n)).abs() < 1e-13, "{n} {b} {c2}");
-            }
-        }
     }
 
     #[test]

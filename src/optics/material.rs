@@ -44,16 +44,6 @@ impl Material {
         }
     }
 
-    /// The same from `cos^2_beta = a / b`, as numerator and denominator: a division less where one follows anyway.
-    #[inline(always)]
-    pub fn reflectance_of_ratio(&self, a: f64, b: f64) -> [f64; 2] {
-        match *self {
-            Material::Mirror => [1.0, 1.0],
-            Material::Dielectric { n } => fresnel::dielectric_of_ratio(a, b, n),
-            Material::Conductor { n, k } => [fresnel::conductor_of_square(a / b, n, k), 1.0],
-        }
-    }
-
     /// Reads `mirror`, `n=1.5`, `n=1.0+6.6k`, or a name: `black-glass`, the clear materials `epoxy bk7 noa61 pmma
     /// polycarbonate` and the metals `al al-mcpeak cu au ag fe cr ni`, the latter two kinds at `wavelength` \[m\].
     ///

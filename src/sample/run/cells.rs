@@ -1,9 +1,10 @@
 //! Nodes, cells and slopes of a run of draws.
 
+use super::super::draw::by_the_cosine;
 use super::super::grid::piece as piece_f64;
 use super::super::hats::LEAST_SQUARE;
 use super::super::slots::{Range, STEPS, Slot, place};
-use super::super::table_brdf::{TableBrdf, by_the_cosine};
+use super::super::table_brdf::TableBrdf;
 use super::sources::SourceLanes;
 use super::{Lanes, RUN};
 use crate::scatter::axis::{at_least, at_most};

@@ -1,12 +1,12 @@
 //! What a run knows of its incident directions.
 
 use super::super::grid::piece as piece_f64;
-use super::super::sources::{BUCKETS, COSINES, Sources};
+use super::super::sources::{COSINES, Sources};
 use super::super::table_brdf::{HORIZON, TableBrdf};
 use super::azimuths::Azimuths;
 use super::{Lanes, RUN, piece};
 use crate::scatter::axis::{at_least, at_most};
-use crate::table::{BALANCE_STEPS, Table};
+use crate::table::{BALANCE_STEPS, BUCKETS, Nodes, Table};
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use glam::{DVec3, Vec4};
@@ -26,8 +26,8 @@ impl SourceTables {
     pub fn new(table: &Table, sources: &Sources) -> SourceTables {
         let narrow = |x: &[f64; 2]| x.map(|x| x as f32);
         SourceTables {
-            ends: sources.gaps.iter().map(|gap| gap.end2.sqrt()).collect(),
-            gaps: sources.gaps.iter().map(|gap| [gap.from, gap.per_gap]).collect(),
+            ends: table.finder.gaps.iter().map(|gap| gap.end2.sqrt()).collect(),
+            gaps: table.finder.gaps.iter().map(|gap| [gap.tangents[0], gap.per_gap]).collect(),
             masking: Box::new(std::array::from_fn(|k| narrow(&sources.masking[k]))),
             balance: sources.balance.iter().map(narrow).collect(),
             azimuths: Azimuths::new(table),
@@ -85,7 +85,7 @@ impl SourceLanes {
     #[simd]
     pub fn find<S: Simd>(&mut self, simd: S, brdf: &TableBrdf, wi: &Lanes<DVec3>) {
         let (sources, tables) = (&brdf.sources, &brdf.source_tables);
-        self.polar(simd, sources, tables, wi);
+        self.polar(simd, &brdf.table.finder, tables, wi);
         if brdf.table.is_isotropic() {
             self.balance(simd, sources, tables);
         } else {
@@ -96,7 +96,7 @@ impl SourceLanes {
 
     /// Intervals of theta_i and what is hidden, in the frame of the source.
     #[simd]
-    fn polar<S: Simd>(&mut self, _: S, sources: &Sources, tables: &SourceTables, wi: &Lanes<DVec3>) {
+    fn polar<S: Simd>(&mut self, _: S, nodes: &Nodes, tables: &SourceTables, wi: &Lanes<DVec3>) {
         let s = self;
         let narrow = [0.0f32; RUN];
         let mut bucket = [0u32; RUN];
@@ -114,7 +114,7 @@ impl SourceLanes {
         }
         let mut gap = [[0.0f64; 2]; RUN];
         for j in 0..RUN {
-            let mut theta = usize::from(sources.first[bucket[j] as usize & (2 * BUCKETS - 1)]);
+            let mut theta = usize::from(nodes.first[bucket[j] as usize & (2 * BUCKETS - 1)]);
             while s.tangent[j] >= tables.ends[theta] {
                 theta += 1;
             }
