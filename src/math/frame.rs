@@ -50,13 +50,17 @@ pub fn slope_of_half_vector(wh: DVec3) -> (f64, f64) {
     (-wh.x / wh.z, -wh.y / wh.z)
 }
 
+/// Added to a small number it leaves the whole part in the last bits.
+const ROUNDING: f64 = 1.5 * (1u64 << 52) as f64;
+
 /// `(sin, cos)` of `2 pi turns` for `turns` in `[0, 1]`, to 3e-16: the few operations that drawing a direction can afford.
 ///
 /// Taylor series about the nearest quarter turn, `|x| <= pi / 4`.
 #[inline(always)]
 pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
-    let quarter = (4.0 * turns + 0.5) as i32;
-    let x = (turns - 0.25 * f64::from(quarter)) * std::f64::consts::TAU;
+    // Whole quarter turns end up in the last bits: a conversion to integers would keep lanes apart.
+    let shifted = 4.0 * turns + ROUNDING;
+    let x = (turns - 0.25 * (shifted - ROUNDING)) * std::f64::consts::TAU;
     let y = x * x;
     // Even and odd powers of y side by side.
     let y2 = y * y;
@@ -68,8 +72,9 @@ pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
     let c_high = (1.0 / 40_320.0 - y * (1.0 / 3_628_800.0)) + y2 * (1.0 / 479_001_600.0 - y * (1.0 / 87_178_291_200.0));
     let (s, c) = (x * (s_low + y4 * s_high), c_low + y4 * (c_high + y4 * (1.0 / 20_922_789_888_000.0)));
     // A quarter turn takes (s, c) to (c, -s). By products: where a direction falls is random, and no branch could be foreseen.
-    let (odd, even) = (f64::from(quarter & 1), f64::from(1 - (quarter & 1)));
-    let sign = f64::from(1 - (quarter & 2));
+    let (bits, one) = (shifted.to_bits(), 1f64.to_bits());
+    let odd = f64::from_bits(one & (bits & 1).wrapping_neg());
+    let (even, sign) = (1.0 - odd, f64::from_bits(one | (bits & 2) << 62));
     (sign * (even * s + odd * c), sign * (even * c - odd * s))
 }
 

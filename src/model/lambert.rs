@@ -43,6 +43,7 @@ pub struct Lambert {
 
 /// `(sqrt(u0) cos 2 pi u1, sqrt(u0) sin 2 pi u1, sqrt(1 - u0))`: density `cos_theta / pi`
 /// (Malley's method; Pharr, Jakob, Humphreys, Physically Based Rendering, 4th ed., A.5.3).
+#[inline(always)]
 pub fn cosine_direction(u: [f64; 2]) -> DVec3 {
     let radius = u[0].sqrt();
     let (s, c) = sin_cos_turns(u[1]);
@@ -50,6 +51,10 @@ pub fn cosine_direction(u: [f64; 2]) -> DVec3 {
 }
 
 impl Brdf for Lambert {
+    fn diffuser(&self) -> Option<f64> {
+        Some(self.rho)
+    }
+
     fn eval(&self, wi: DVec3, wo: DVec3) -> f64 {
         if wi.z > 0.0 && wo.z > 0.0 { self.rho * FRAC_1_PI } else { 0.0 }
     }

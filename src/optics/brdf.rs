@@ -71,4 +71,10 @@ pub trait Brdf: Send + Sync {
     fn specular_core(&self, _wi: DVec3) -> f64 {
         0.0
     }
+
+    /// Albedo of an ideal diffuser, for those that need not ask it direction by direction: `f_r = rho / pi`, draws by the
+    /// cosine. `None` for everything else.
+    fn diffuser(&self) -> Option<f64> {
+        None
+    }
 }

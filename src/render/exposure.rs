@@ -2,11 +2,12 @@
 
 use super::camera::Camera;
 use super::film::{Film, Pixel, Tally};
-use super::integrator::{RenderOptions, trace};
+use super::integrator::RenderOptions;
+use super::rays::WAVE;
 use super::scene::Scene;
-use super::stream::{PixelStream, SobolTable};
+use super::stream::{PixelStream, SobolTable, lap};
+use super::wave::Wave;
 use crate::error::{Error, Result};
-use crate::math::frame::DVec3;
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -200,19 +201,34 @@ fn expose<S: Simd>(
     block: &mut Block,
 ) {
     let (step_x, step_y) = (1.0 / options.width as f64, 1.0 / options.height as f64);
-    for k in 0..block.tallies.len() {
-        let (x, y) = (block.x + k % block.width, block.y + k / block.width);
-        let (column, row) = (x as f64, y as f64);
-        let mut numbers = PixelStream::new(table, options.seed, (y * options.width + x) as u64);
-        let tally = &mut block.tallies[k];
-        for index in range.clone() {
-            let mut stream = numbers.path(index);
-            let [dx, dy] = stream.pair();
-            let ray = camera.ray((column + dx) * step_x, (row + dy) * step_y);
-            let (radiance, pieces): (DVec3, u32) = trace(simd, scene, ray, &mut stream, options);
-            tally.add(radiance);
-            block.longest = block.longest.max(pieces);
+    let place = |k: usize| (block.x + k % block.width, block.y + k / block.width);
+    let mut from = range.start;
+    while from < range.end {
+        let (lap, next) = lap(from);
+        let to = range.end.min(next);
+        let number = |k: usize| (place(k).1 * options.width + place(k).0) as u64;
+        let numbers: Vec<PixelStream> =
+            (0..block.tallies.len()).map(|k| PixelStream::new(table, options.seed, number(k), lap)).collect();
+        let mut wave = Wave::new(scene, options);
+        let mut pixels = Vec::with_capacity(WAVE);
+        let count = numbers.len();
+        for k in 0..count {
+            let (column, row) = (place(k).0 as f64, place(k).1 as f64);
+            for index in from..to {
+                let mut stream = numbers[k].path(index);
+                let [dx, dy] = stream.pair();
+                let ray = camera.ray((column + dx) * step_x, (row + dy) * step_y);
+                pixels.push(k);
+                let full = wave.push(&ray, stream);
+                if full || (k + 1 == count && index + 1 == to) {
+                    for (k, radiance) in pixels.drain(..).zip(wave.run(simd)) {
+                        block.tallies[k].add(*radiance);
+                    }
+                }
+            }
         }
+        block.longest = block.longest.max(wave.longest);
+        from = to;
     }
     block.samples = range.end;
 }
@@ -220,6 +236,7 @@ fn expose<S: Simd>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::frame::DVec3;
 
     #[test]
     fn blocks_cover_every_pixel_once() {

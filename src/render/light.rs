@@ -4,20 +4,14 @@ use super::disc::Disc;
 use super::environment::Environment;
 use super::mesh::Mesh;
 use super::paint::Paint;
+use super::reach::{Reach, Reaches};
 use super::scene::{Hit, Id};
 use super::shape::{Quad, Ray, Shape, Sphere};
 use crate::error::{Error, Result};
 use crate::math::frame::{DVec3, sin_cos_turns, tangents};
 use crate::sample::AliasTable;
-use fearless_simd::{Simd, f32x8, prelude::*};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
-
-/// Up to this many lights are weighed at every point; more are drawn by their power alone.
-const WEIGHED: usize = 64;
-
-/// Least share of a lamp's weight that a grazing view of it leaves: parts of it may be seen better.
-const GRAZING: f32 = 0.1;
 
 /// A direction drawn towards a light.
 pub(super) struct LightSample {
@@ -55,125 +49,8 @@ struct Light {
 #[derive(Default)]
 pub(super) struct Lights {
     list: Vec<Light>,
-    reach: Vec<ReachPack>,
+    pub(super) reaches: Reaches,
     surroundings: Option<usize>,
-    strengths: Vec<f64>,
-    /// Sums of the chances by strength up to and including each light.
-    cumulative: Vec<f64>,
-}
-
-/// Lights weighed at a time.
-const LANES: usize = 8;
-
-/// What decides how much [`LANES`] lights matter at a point; unused lanes have no strength. In f32: a weight is a chance,
-/// not a radiance.
-#[derive(Clone, Copy)]
-struct ReachPack {
-    centre: [[f32; LANES]; 3],
-    radius: [f32; LANES],
-    /// Area times mean radiance [W/sr]; irradiance [W/m2] of the surroundings.
-    strength: [f32; LANES],
-    /// Normal of a flat lamp; zero of one that shines all around.
-    front: [[f32; LANES]; 3],
-    /// 1 for flat lamps and for the surroundings, else 0.
-    flat: [f32; LANES],
-    everywhere: [f32; LANES],
-}
-
-/// What decides how much a light matters at a point.
-struct Reach {
-    centre: DVec3,
-    radius: f64,
-    strength: f64,
-    front: DVec3,
-    everywhere: bool,
-}
-
-/// A point that asks for light, with the normal on its bright side.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Asking {
-    pub point: DVec3,
-    pub normal: DVec3,
-}
-
-/// The weights of up to [`WEIGHED`] lights, added up.
-struct Sums {
-    weights: [f32; WEIGHED],
-    /// Sums up to and including each light.
-    up_to: [f32; WEIGHED],
-    total: f32,
-}
-
-impl Sums {
-    #[inline(always)]
-    fn of<S: Simd>(simd: S, packs: &[ReachPack], at: &Asking) -> Self {
-        let mut sums = Sums { weights: [0.0; WEIGHED], up_to: [0.0; WEIGHED], total: 0.0 };
-        for (k, pack) in packs.iter().enumerate() {
-            let (lanes, range) = (pack.weights(simd, at), k * LANES..(k + 1) * LANES);
-            let partial: [f32; LANES] = running_sums(simd, lanes).into();
-            sums.weights[range.clone()].copy_from_slice(&<[f32; LANES]>::from(lanes));
-            for (sum, partial) in sums.up_to[range].iter_mut().zip(partial) {
-                *sum = sums.total + partial;
-            }
-            sums.total = sums.up_to[(k + 1) * LANES - 1];
-        }
-        sums
-    }
-}
-
-/// Sums up to and including each lane, in three steps side by side (Hillis and Steele, Comm. ACM 29, 1986).
-#[inline(always)]
-fn running_sums<S: Simd>(simd: S, weights: f32x8<S>) -> f32x8<S> {
-    let zero = f32x8::splat(simd, 0.0);
-    let by_one = weights + zero.slide::<7>(weights);
-    let by_two = by_one + zero.slide::<6>(by_one);
-    by_two + zero.slide::<4>(by_two)
-}
-
-impl ReachPack {
-    const EMPTY: ReachPack = ReachPack {
-        centre: [[0.0; LANES]; 3],
-        radius: [1.0; LANES],
-        strength: [0.0; LANES],
-        front: [[0.0; LANES]; 3],
-        flat: [0.0; LANES],
-        everywhere: [0.0; LANES],
-    };
-
-    fn set(&mut self, lane: usize, reach: &Reach) {
-        for axis in 0..3 {
-            self.centre[axis][lane] = reach.centre[axis] as f32;
-            self.front[axis][lane] = reach.front[axis] as f32;
-        }
-        self.radius[lane] = reach.radius as f32;
-        self.strength[lane] = reach.strength as f32;
-        self.flat[lane] = f32::from(u8::from(reach.front != DVec3::ZERO));
-        self.everywhere[lane] = f32::from(u8::from(reach.everywhere));
-    }
-
-    /// Irradiance at the point from each lamp if nothing stands between, to a factor of order 1; 0 only where it is out of
-    /// sight. The angle to the surface counts by the part of the lamp that stands highest.
-    #[inline(always)]
-    fn weights<S: Simd>(&self, simd: S, at: &Asking) -> f32x8<S> {
-        let (p, n) = (at.point.as_vec3(), at.normal.as_vec3());
-        let lanes = |v: &[f32; LANES]| f32x8::from_slice(simd, v);
-        let wide = |x: f32| f32x8::splat(simd, x);
-        let [cx, cy, cz] = &self.centre;
-        let (x, y, z) = (lanes(cx) - p.x, lanes(cy) - p.y, lanes(cz) - p.z);
-        let d2 = x * x + y * y + z * z;
-        let d = d2.sqrt();
-        let (zero, one) = (wide(0.0), wide(1.0));
-        let r = lanes(&self.radius);
-        // A hair of room for the rounding of a lamp that just touches the horizon.
-        let height = x * n.x + y * n.y + z * n.z + r * 1.0001 + d * 1e-5;
-        let [fx, fy, fz] = &self.front;
-        let side = d * 1e-5 - (x * lanes(fx) + y * lanes(fy) + z * lanes(fz));
-        let cos = (height / d.max(r)).max(zero).min(one);
-        let faced = side.simd_gt(zero).select((side / d).max(wide(GRAZING)), zero);
-        let emitting = lanes(&self.flat).simd_gt(zero).select(faced, one);
-        let near = cos * emitting / d2.max(r * r);
-        lanes(&self.strength) * lanes(&self.everywhere).simd_gt(zero).select(one, near)
-    }
 }
 
 impl Lights {
@@ -197,7 +74,7 @@ impl Lights {
             }
         };
         let reach = Reach { centre, radius, strength: area * brightness, front, everywhere: false };
-        self.put(self.list.len(), Light { form, radiance, id: Some(id) }, &reach);
+        self.put(self.list.len(), Light { form, radiance, id: Some(id) }, reach);
         Ok(())
     }
 
@@ -210,35 +87,27 @@ impl Lights {
             id: None,
         };
         let index = *self.surroundings.get_or_insert(self.list.len());
-        self.put(index, light, &everywhere);
+        self.put(index, light, everywhere);
     }
 
     /// Sets light number `index`, or adds it behind the last.
-    fn put(&mut self, index: usize, light: Light, reach: &Reach) {
+    fn put(&mut self, index: usize, light: Light, reach: Reach) {
         if index == self.list.len() {
             self.list.push(light);
-            self.strengths.push(reach.strength);
-            if index.is_multiple_of(LANES) {
-                self.reach.push(ReachPack::EMPTY);
-            }
         } else {
-            (self.list[index], self.strengths[index]) = (light, reach.strength);
+            self.list[index] = light;
         }
-        self.reach[index / LANES].set(index % LANES, reach);
-        let total: f64 = self.strengths.iter().sum();
-        let count = self.strengths.len() as f64;
-        let mut sum = 0.0;
-        self.cumulative.clear();
-        for strength in &self.strengths {
-            // Half evenly: a small lamp close by matters more than its power tells.
-            sum += 0.5 * strength / total + 0.5 / count;
-            self.cumulative.push(sum);
-        }
+        self.reaches.put(index, reach);
     }
 
     #[inline]
     pub(super) fn len(&self) -> usize {
         self.list.len()
+    }
+
+    /// Whether light comes from all around.
+    pub(super) fn surround_all(&self) -> bool {
+        self.surroundings.is_some()
     }
 
     /// Radiance of the surroundings in a direction, with their index and the density of their draws.
@@ -250,55 +119,11 @@ impl Lights {
         Some((k, Met { radiance, pdf }))
     }
 
-    /// Chance of a light in [`Self::sample_any`] at a point.
+    /// The sphere that shines as light number `light`, if it is one.
     #[inline(always)]
-    pub(super) fn chance<S: Simd>(&self, simd: S, light: usize, at: &Asking) -> f64 {
-        if self.list.len() > WEIGHED {
-            return self.cumulative[light] - if light > 0 { self.cumulative[light - 1] } else { 0.0 };
-        }
-        let sums = Sums::of(simd, &self.reach, at);
-        if sums.total > 0.0 { f64::from(sums.weights[light] / sums.total) } else { 0.0 }
-    }
-
-    /// Draws a light by how much it matters at the point, then a direction towards it; `None` if none shines there.
-    #[inline(always)]
-    pub(super) fn sample_any<S: Simd>(&self, simd: S, at: &Asking, mut u: [f64; 2]) -> Option<LightSample> {
-        let count = self.list.len();
-        let (index, start, chance);
-        if count > WEIGHED {
-            index = self.cumulative.partition_point(|&c| c <= u[0]).min(count - 1);
-            start = if index > 0 { self.cumulative[index - 1] } else { 0.0 };
-            chance = self.cumulative[index] - start;
-        } else if let [pack] = self.reach.as_slice() {
-            // Few lights, the common case: everything stays in registers.
-            let lanes = pack.weights(simd, at);
-            let sums = running_sums(simd, lanes);
-            let (weights, up_to): ([f32; LANES], [f32; LANES]) = (lanes.into(), sums.into());
-            let total = up_to[LANES - 1];
-            if !(total > 0.0) {
-                return None;
-            }
-            let target = u[0] as f32 * total;
-            index = (sums.simd_le(f32x8::splat(simd, target)).to_bitmask().count_ones() as usize).min(count - 1);
-            chance = f64::from(weights[index] / total);
-            start = f64::from((up_to[index] - weights[index]) / total);
-        } else {
-            let sums = Sums::of(simd, &self.reach, at);
-            if !(sums.total > 0.0) {
-                return None;
-            }
-            let target = u[0] as f32 * sums.total;
-            index = sums.up_to[..count].partition_point(|&sum| sum <= target).min(count - 1);
-            chance = f64::from(sums.weights[index] / sums.total);
-            start = f64::from((sums.up_to[index] - sums.weights[index]) / sums.total);
-        }
-        // Rounding may lead to a light that is out of sight, once in 10^7 draws.
-        if !(chance > 0.0) {
-            return None;
-        }
-        u[0] = ((u[0] - start) / chance).clamp(0.0, 1.0 - f64::EPSILON);
-        let sample = self.sample(index, at.point, u)?;
-        Some(LightSample { pdf: chance * sample.pdf, ..sample })
+    pub(super) fn ball(&self, light: u32) -> Option<(&Sphere, &Paint, Option<Id>)> {
+        let light = &self.list[light as usize];
+        if let Form::Sphere(sphere) = &light.form { Some((sphere, &light.radiance, light.id)) } else { None }
     }
 
     /// Draws a direction towards the light, in proportion to its paint where that is possible; `None` if it shows its back.
@@ -392,15 +217,22 @@ impl Lights {
 }
 
 impl Sphere {
-    /// A direction uniform in the cone that the sphere fills (Wang, Graphics Gems III, 1992), its distance \[m\] and density
-    /// per steradian; `None` from inside.
+    /// A direction uniform in the cone that the sphere fills, its distance \[m\] and density per steradian; `None` from inside.
     #[inline(always)]
     pub(super) fn sample_direction(&self, from: DVec3, u: [f64; 2]) -> Option<(DVec3, f64, f64)> {
-        let height = self.cap_height(from)?;
+        let (direction, distance, pdf) = self.cone(from, u);
+        (pdf > 0.0).then_some((direction, distance, pdf))
+    }
+
+    /// As [`Self::sample_direction`] with density 0 from inside, and not a branch on the way
+    /// (Wang, Graphics Gems III, 1992).
+    #[inline(always)]
+    pub(super) fn cone(&self, from: DVec3, u: [f64; 2]) -> (DVec3, f64, f64) {
         let away = self.centre - from;
         let d2 = away.length_squared();
+        let (height, pdf) = self.cap(d2);
         let d = d2.sqrt();
-        let axis = away / d;
+        let axis = away * (1.0 / d);
         let (x, y) = tangents(axis);
         // cos = 1 - u h; sin^2 = u h (2 - u h) keeps its digits for a small cone.
         let drop = u[0] * height;
@@ -408,21 +240,25 @@ impl Sphere {
         let (s, c) = sin_cos_turns(u[1]);
         let direction = sin2.sqrt() * (c * x + s * y) + (1.0 - drop) * axis;
         let half_chord = (self.radius * self.radius - d2 * sin2).max(0.0).sqrt();
-        let distance = d * (1.0 - drop) - half_chord;
-        Some((direction, distance, 1.0 / (TAU * height)))
+        (direction, d * (1.0 - drop) - half_chord, pdf)
     }
 
     /// `1 / (2 pi (1 - cos a))`, `sin a = r / d` [1/sr] for any direction that meets the sphere; 0 from inside.
     #[inline]
     pub(super) fn direction_pdf(&self, from: DVec3) -> f64 {
-        self.cap_height(from).map_or(0.0, |height| 1.0 / (TAU * height))
+        self.cap((self.centre - from).length_squared()).1
     }
 
-    /// `1 - cos a = sin^2 a / (1 + cos a)` of the cone about the sphere.
-    #[inline]
-    fn cap_height(&self, from: DVec3) -> Option<f64> {
-        let sin2 = self.radius * self.radius / (self.centre - from).length_squared();
-        (sin2 < 1.0).then(|| sin2 / (1.0 + (1.0 - sin2).sqrt()))
+    /// `1 - cos a = sin^2 a / (1 + cos a)` of the cone about the sphere seen from the squared distance `d2`, and the density in it.
+    #[inline(always)]
+    fn cap(&self, d2: f64) -> (f64, f64) {
+        let r2 = self.radius * self.radius;
+        let sin2 = r2 / d2;
+        let beyond = 1.0 + (1.0 - sin2).max(0.0).sqrt();
+        // One division for height and density.
+        let inverse = 1.0 / (sin2 * beyond);
+        let pdf = beyond * beyond * inverse * (1.0 / TAU);
+        (sin2 * sin2 * inverse, if r2 < d2 { pdf } else { 0.0 })
     }
 }
 
@@ -430,15 +266,30 @@ impl Sphere {
 mod tests {
     use super::*;
     use crate::render::paint::Pattern;
+    use crate::render::rays::{Rays, WAVE};
+    use crate::render::reach::{Asking, Asks, Pick, Scratch};
     use crate::render::{Material, Scene};
     use fearless_simd::{Level, dispatch};
 
+    /// The light asked at a point.
+    fn pick(lights: &Lights, at: &Asking, u: f64) -> Pick {
+        let wide = |v: DVec3| [v.x, v.y, v.z].map(|x| [x; WAVE]);
+        let (mut asks, mut picks) = (Asks::default(), [Pick::default(); WAVE]);
+        asks.fill(&wide(at.point), &wide(at.normal), &[u; WAVE], 1);
+        dispatch!(Level::new(), simd => lights.reaches.pick(simd, &asks, &mut Scratch::default(), &mut picks));
+        picks[0]
+    }
+
     fn chance(lights: &Lights, light: usize, at: &Asking) -> f64 {
-        dispatch!(Level::new(), simd => lights.chance(simd, light, at))
+        let total = pick(lights, at, 0.5).total;
+        dispatch!(Level::new(), simd => lights.reaches.chance(simd, light, at, total))
     }
 
     fn sample_any(lights: &Lights, at: &Asking, u: [f64; 2]) -> Option<LightSample> {
-        dispatch!(Level::new(), simd => lights.sample_any(simd, at, u))
+        let pick = pick(lights, at, u[0]);
+        let rest = ((u[0] - pick.start) / pick.chance).clamp(0.0, 1.0 - f64::EPSILON);
+        let sample = lights.sample(pick.light as usize, at.point, [rest, u[1]])?;
+        Some(LightSample { pdf: pick.chance * sample.pdf, ..sample })
     }
 
     fn grid(n: usize) -> impl Iterator<Item = [f64; 2]> {
@@ -512,7 +363,10 @@ mod tests {
             let u = [(f64::from(k) + 0.5) / f64::from(n), (f64::from(k) * 0.618) % 1.0];
             let sample = sample_any(&scene.lights, &at, u).unwrap();
             let ray = Ray { origin: DVec3::ZERO, direction: sample.direction };
-            let hit = dispatch!(Level::new(), simd => scene.closest(simd, &ray, None)).unwrap();
+            let (mut rays, mut hits) = (Rays::default(), [None; WAVE]);
+            rays.push(&ray, None);
+            dispatch!(Level::new(), simd => scene.closest(simd, &rays, &mut hits));
+            let hit = hits[0].unwrap();
             assert_eq!(Some(hit.id), sample.id);
             let light = if matches!(hit.id, Id::Quad(_)) { 0 } else { 1 };
             seen[light] += 1.0 / f64::from(n);

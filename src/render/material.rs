@@ -30,6 +30,10 @@ pub struct Coat<'a> {
     /// Whether it has a specular core and nothing else: no lamp can be asked for.
     delta: bool,
     has_core: bool,
+    /// Albedo of an ideal diffuser, else below 0.
+    matt: f64,
+    /// Coats of one reflector have one number in a scene.
+    group: usize,
 }
 
 /// Everything a shape can be covered with.
@@ -53,6 +57,17 @@ impl<'a> From<Material<'a>> for Cover<'a> {
     }
 }
 
+impl Reflector<'_> {
+    /// Whether both are one and the same; values without a size have no place to tell them apart by.
+    fn is(&self, other: &Reflector) -> bool {
+        match (self, other) {
+            (Reflector::Grey(a), Reflector::Grey(b)) => std::ptr::addr_eq(*a, *b) && size_of_val(*a) > 0,
+            (Reflector::Spectral(a), Reflector::Spectral(b)) => std::ptr::eq(*a, *b),
+            _ => false,
+        }
+    }
+}
+
 impl<'a> Coat<'a> {
     /// A coat whose tint is linear RGB, to be kept at or below 1.
     pub fn new(reflector: Reflector<'a>, tint: DVec3) -> Self {
@@ -67,7 +82,11 @@ impl<'a> Coat<'a> {
         };
         let has_core = angles.iter().any(|&t| core(t) > 0.0);
         let delta = has_core && angles.iter().all(|&t| albedo(t) <= core(t) * (1.0 + 1e-9));
-        Coat { reflector, tint, delta, has_core }
+        let matt = match reflector {
+            Reflector::Grey(brdf) => brdf.diffuser().unwrap_or(-1.0),
+            Reflector::Spectral(_) => -1.0,
+        };
+        Coat { reflector, tint, delta, has_core, matt, group: 0 }
     }
 
     /// Whether only a specular core reflects.
@@ -76,66 +95,70 @@ impl<'a> Coat<'a> {
         self.delta
     }
 
-    /// `f_r` per channel and the density of [`Self::sample`].
+    /// Albedo, if it is an ideal diffuser.
     #[inline(always)]
-    pub(super) fn eval_and_pdf(&self, wi: DVec3, wo: DVec3) -> (DVec3, f64) {
+    pub(super) fn matt(&self) -> Option<f64> {
+        (self.matt >= 0.0).then_some(self.matt)
+    }
+
+    #[inline(always)]
+    pub(super) fn group(&self) -> usize {
+        self.group
+    }
+
+    /// The BRDF, if it is one for all channels.
+    #[inline(always)]
+    pub(super) fn grey(&self) -> Option<&'a dyn Brdf> {
+        if let Reflector::Grey(brdf) = self.reflector { Some(brdf) } else { None }
+    }
+
+    /// `f_r` per channel without tint, and the density of [`Self::sample`], of many pairs; `grey` is room to work in.
+    #[inline(always)]
+    pub(super) fn evaluate(&self, wi: &[DVec3], wo: &[DVec3], found: &mut [(DVec3, f64)], grey: &mut Vec<(f64, f64)>) {
         match self.reflector {
             Reflector::Grey(brdf) => {
-                let (f_r, pdf) = brdf.eval_and_pdf(wi, wo);
-                (f_r * self.tint, pdf)
+                grey.clear();
+                grey.resize(wi.len(), (0.0, 0.0));
+                brdf.eval_and_pdf_many(wi, wo, grey);
+                for (found, (f_r, pdf)) in found.iter_mut().zip(grey) {
+                    *found = (DVec3::splat(*f_r), *pdf);
+                }
             }
             Reflector::Spectral(spectral) => {
-                let (f_r, pdf) = spectral.eval_and_pdf(wi, wo);
-                (f_r * self.tint, pdf)
+                for ((wi, wo), found) in wi.iter().zip(wo).zip(found) {
+                    *found = spectral.eval_and_pdf(*wi, *wo);
+                }
             }
         }
     }
 
-    /// A direction by the BRDF's own density.
+    /// A direction by the BRDF's own density; the weight is without tint.
     #[inline(always)]
     pub(super) fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<ColourDraw> {
         match self.reflector {
-            Reflector::Grey(brdf) => {
-                let draw = brdf.sample(wi, u)?;
-                Some(ColourDraw {
-                    wo: draw.wo,
-                    weight: draw.weight * self.tint,
-                    pdf: draw.pdf,
-                    specular: draw.specular,
-                })
-            }
-            Reflector::Spectral(spectral) => {
-                let draw = spectral.sample(wi, u)?;
-                Some(ColourDraw { weight: draw.weight * self.tint, ..draw })
-            }
+            Reflector::Grey(brdf) => brdf.sample(wi, u).map(ColourDraw::from),
+            Reflector::Spectral(spectral) => spectral.sample(wi, u),
         }
     }
 
-    /// A direction uniform over the hemisphere, half of the draws in the specular core if there is one.
-    pub(super) fn sample_uniformly(&self, wi: DVec3, mut u: [f64; 2]) -> Option<ColourDraw> {
-        let share = self.core_share();
-        if u[0] < share {
-            let core = match self.reflector {
-                Reflector::Grey(brdf) => DVec3::splat(brdf.specular_core(wi)),
-                Reflector::Spectral(spectral) => spectral.specular_core(wi),
-            };
-            let weight = core * self.tint / share;
-            return Some(ColourDraw { wo: reflect(wi, DVec3::Z), weight, pdf: f64::INFINITY, specular: true });
-        }
-        u[0] = (u[0] - share) / (1.0 - share);
-        let sin = (1.0 - u[0] * u[0]).max(0.0).sqrt();
-        let (s, c) = (TAU * u[1]).sin_cos();
-        let wo = DVec3::new(sin * c, sin * s, u[0]);
-        let pdf = self.uniform_pdf();
-        Some(ColourDraw { wo, weight: self.eval_and_pdf(wi, wo).0 * (wo.z / pdf), pdf, specular: false })
+    /// The specular core as one of [`Self::core_share`] of all draws, the rest uniform over the hemisphere; the weight is without tint.
+    pub(super) fn core_draw(&self, wi: DVec3) -> ColourDraw {
+        let core = match self.reflector {
+            Reflector::Grey(brdf) => DVec3::splat(brdf.specular_core(wi)),
+            Reflector::Spectral(spectral) => spectral.specular_core(wi),
+        };
+        let weight = core / self.core_share();
+        ColourDraw { wo: reflect(wi, DVec3::Z), weight, pdf: f64::INFINITY, specular: true }
     }
 
-    /// Density of [`Self::sample_uniformly`] per steradian.
+    /// Density of the directions uniform over the hemisphere that remain beside [`Self::core_draw`].
     pub(super) fn uniform_pdf(&self) -> f64 {
         (1.0 - self.core_share()) / TAU
     }
 
-    fn core_share(&self) -> f64 {
+    /// Share of the draws that goes to the specular core where directions are uniform: half of them if there is one.
+    #[inline(always)]
+    pub(super) fn core_share(&self) -> f64 {
         match (self.delta, self.has_core) {
             (true, _) => 1.0,
             (false, true) => 0.5,
@@ -145,16 +168,33 @@ impl<'a> Coat<'a> {
 }
 
 impl<'a> Cover<'a> {
-    /// The coat at a point with plane coordinates `uv`; `place` is the point in metres from the corner of its plane, or in
-    /// space where the shape has no plane.
+    /// Gives each coat the number of its reflector in `reflectors`, which grows by those that are new.
+    pub(super) fn join(&mut self, reflectors: &mut Vec<Reflector<'a>>) {
+        let coats = match self {
+            Cover::Plain(coat) | Cover::Painted(coat, _) => std::slice::from_mut(coat),
+            Cover::Checker(coats, _) => &mut coats[..],
+        };
+        for coat in coats {
+            coat.group = reflectors.iter().position(|r| r.is(&coat.reflector)).unwrap_or_else(|| {
+                reflectors.push(coat.reflector);
+                reflectors.len() - 1
+            });
+        }
+    }
+
+    /// The coat and the tint at a point with plane coordinates `uv`; `place` is the point in metres from the corner of its
+    /// plane, or in space where the shape has no plane.
     #[inline(always)]
-    pub(super) fn at(&self, uv: impl FnOnce() -> [f64; 2], place: impl FnOnce() -> DVec3) -> Coat<'a> {
+    pub(super) fn at(&self, uv: impl FnOnce() -> [f64; 2], place: impl FnOnce() -> DVec3) -> (&Coat<'a>, DVec3) {
         match self {
-            Cover::Plain(coat) => *coat,
-            Cover::Painted(coat, paint) => Coat { tint: coat.tint * paint.colour(uv), ..*coat },
+            Cover::Plain(coat) => (coat, coat.tint),
+            Cover::Painted(coat, paint) => (coat, coat.tint * paint.colour(uv)),
             Cover::Checker(coats, size) => {
                 let cell = (place() / *size).floor();
-                coats[usize::from((cell.x + cell.y + cell.z).rem_euclid(2.0) >= 1.0)]
+                // Whether the sum is odd.
+                let half = 0.5 * (cell.x + cell.y + cell.z);
+                let coat = &coats[usize::from(half > half.floor())];
+                (coat, coat.tint)
             }
         }
     }
@@ -179,7 +219,7 @@ mod tests {
         let matt = model::Lambert { rho: 1.0 };
         let coats = [1.0, 0.25].map(|t| Coat::new(Reflector::Grey(&matt), DVec3::splat(t)));
         let checker = Cover::Checker(coats, 2.0);
-        let tint = |x: f64, y: f64| checker.at(|| [0.0; 2], || DVec3::new(x, y, 0.0)).tint.x;
+        let tint = |x: f64, y: f64| checker.at(|| [0.0; 2], || DVec3::new(x, y, 0.0)).1.x;
         assert_eq!((tint(1.0, 1.0), tint(3.0, 1.0), tint(3.0, 3.0), tint(-1.0, 1.0)), (1.0, 0.25, 1.0, 0.25));
     }
 }

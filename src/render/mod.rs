@@ -3,8 +3,8 @@
 //! ```text
 //! description (.toml)
 //!   shape, disc, mesh ─┐
-//!   material, paint ───┼► scene ─► integrator ─► film ─► picture (.exr, .png)
-//!   light, environment ┘            camera, stream        caption
+//!   material, paint ───┼► scene ─► wave ─► film ─► picture (.exr, .png)
+//!   light, environment ┘           camera, stream   caption
 //! tiles: one picture that compares materials side by side
 //! ```
 //! Lengths in metres, radiance in W/(m2 sr) per linear RGB channel, z up.
@@ -26,19 +26,21 @@ mod mesh_file;
 pub mod metallic_paint;
 pub mod paint;
 pub mod picture;
-mod quads;
+mod rays;
+mod reach;
 pub mod revolution;
 pub mod scene;
 pub mod shape;
 pub mod sheet;
+mod solids;
 pub mod spectral;
-mod spheres;
 mod spot;
 pub mod stage;
 mod stream;
 pub mod tiles;
 mod triangle;
 pub mod warning;
+mod wave;
 
 pub use camera::Camera;
 pub use description::Description;

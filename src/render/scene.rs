@@ -3,12 +3,12 @@
 use super::disc::Disc;
 use super::environment::Environment;
 use super::light::{Lights, Met};
-use super::material::Cover;
+use super::material::{Cover, Reflector};
 use super::mesh::Mesh;
 use super::paint::Paint;
-use super::quads::Quads;
+use super::rays::{Column, LANES, Rays, Shadows};
 use super::shape::{Ray, Shape};
-use super::spheres::Spheres;
+use super::solids::Solids;
 use crate::error::Result;
 use crate::math::frame::DVec3;
 use fearless_simd::Simd;
@@ -57,13 +57,16 @@ pub(super) struct Frame {
 pub struct Scene<'a> {
     pub(super) sky: DVec3,
     pub(super) lights: Lights,
-    quads: Quads,
+    pub(super) solids: Solids,
     quad_finishes: Vec<Finish>,
-    discs: Vec<(Disc, Finish)>,
-    spheres: Spheres,
     sphere_finishes: Vec<Finish>,
+    discs: Vec<(Disc, Finish)>,
     meshes: Vec<(Arc<Mesh>, Finish)>,
     covers: Vec<Cover<'a>>,
+    /// The reflectors of all covers, each once.
+    reflectors: Vec<Reflector<'a>>,
+    /// Whether a disc or a mesh shines.
+    other_lamps: bool,
 }
 
 impl<'a> Scene<'a> {
@@ -75,19 +78,22 @@ impl<'a> Scene<'a> {
         Ok(Scene {
             sky: Paint::plain(sky)?.mean(),
             lights: Lights::default(),
-            quads: Quads::default(),
+            solids: Solids::default(),
             quad_finishes: Vec::new(),
-            discs: Vec::new(),
-            spheres: Spheres::default(),
             sphere_finishes: Vec::new(),
+            discs: Vec::new(),
             meshes: Vec::new(),
             covers: Vec::new(),
+            reflectors: Vec::new(),
+            other_lamps: false,
         })
     }
 
     /// Adds a shape that reflects.
     pub fn add(&mut self, shape: impl Into<Shape>, cover: impl Into<Cover<'a>>) {
-        self.covers.push(cover.into());
+        let mut cover = cover.into();
+        cover.join(&mut self.reflectors);
+        self.covers.push(cover);
         self.place(shape.into(), Finish::Reflects(self.covers.len() - 1));
     }
 
@@ -99,6 +105,10 @@ impl<'a> Scene<'a> {
     pub fn add_emitter(&mut self, shape: impl Into<Shape>, radiance: Paint) -> Result<()> {
         let shape = shape.into();
         let id = self.place(shape.clone(), Finish::Emits(self.lights.len()));
+        match id {
+            Id::Quad(_) | Id::Sphere(_) => self.solids.lamps.push(id),
+            Id::Disc(_) | Id::Triangle { .. } => self.other_lamps = true,
+        }
         self.lights.add(shape, id, radiance)
     }
 
@@ -110,16 +120,16 @@ impl<'a> Scene<'a> {
     fn place(&mut self, shape: Shape, finish: Finish) -> Id {
         match shape {
             Shape::Quad(quad) => {
-                self.quads.push(quad);
+                self.solids.quads.push(quad);
                 self.quad_finishes.push(finish);
-                Id::Quad(self.quads.len() as u32 - 1)
+                Id::Quad(self.solids.quads.len() as u32 - 1)
             }
             Shape::Disc(disc) => {
                 self.discs.push((disc, finish));
                 Id::Disc(self.discs.len() as u32 - 1)
             }
             Shape::Sphere(sphere) => {
-                self.spheres.push(sphere);
+                self.solids.spheres.push(sphere);
                 self.sphere_finishes.push(finish);
                 Id::Sphere(self.sphere_finishes.len() as u32 - 1)
             }
@@ -130,63 +140,86 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// First surface along the ray. `leaving` is the surface the ray starts on: excluding it by name instead of by
-    /// a small distance keeps contacts exact.
+    /// First surface along each ray but the one it leaves.
     #[inline(always)]
-    pub(super) fn closest<S: Simd>(&self, simd: S, ray: &Ray, leaving: Option<Id>) -> Option<Hit> {
-        let mut t = f64::INFINITY;
-        let mut id = None;
-        let mut weights = [0.0; 2];
-        if let Some((nearer, i)) = self.quads.closest(simd, ray, t, quad_of(leaving)) {
-            (t, id) = (nearer, Some(Id::Quad(i as u32)));
-        }
-        for (i, (disc, _)) in self.discs.iter().enumerate() {
-            if leaving != Some(Id::Disc(i as u32))
-                && let Some(nearer) = disc.intersect(ray, t)
-            {
-                (t, id) = (nearer, Some(Id::Disc(i as u32)));
+    pub(super) fn closest<S: Simd>(&self, simd: S, rays: &Rays, hits: &mut Column<Option<Hit>>) {
+        for from in (0..rays.len()).step_by(LANES) {
+            let found = self.solids.closest(simd, rays, from);
+            for (hit, found) in hits[from..].iter_mut().zip(found) {
+                *hit = found.map(|(t, id)| Hit { t, id, weights: [0.0; 2] });
             }
         }
-        if let Some((nearer, i)) = self.spheres.closest(simd, ray, t, sphere_of(leaving)) {
-            (t, id) = (nearer, Some(Id::Sphere(i as u32)));
+        if self.discs.is_empty() && self.meshes.is_empty() {
+            return;
         }
-        for (i, (mesh, _)) in self.meshes.iter().enumerate() {
-            if let Some(hit) = mesh.closest(ray, t, triangle_of(leaving, i)) {
-                (t, id) = (hit.t, Some(Id::Triangle { mesh: i as u32, triangle: hit.triangle }));
-                weights = hit.weights;
-            }
+        for j in 0..rays.len() {
+            self.nearer(&rays.get(j), rays.leaving(j), &mut hits[j]);
         }
-        id.map(|id| Hit { t, id, weights })
     }
 
-    /// Whether anything but `leaving` and `target` stands before `distance`.
-    #[inline(always)]
-    pub(super) fn is_blocked<S: Simd>(
-        &self,
-        simd: S,
-        ray: &Ray,
-        distance: f64,
-        leaving: Id,
-        target: Option<Id>,
-    ) -> bool {
-        if self.quads.block(simd, ray, distance, quad_of(Some(leaving)), quad_of(target)) {
-            return true;
-        }
-        if self.spheres.block(simd, ray, distance, sphere_of(Some(leaving)), sphere_of(target)) {
-            return true;
-        }
+    /// Puts the first disc or triangle in the place of `hit` if it is nearer.
+    #[inline]
+    pub(super) fn nearer(&self, ray: &Ray, leaving: Option<Id>, hit: &mut Option<Hit>) {
+        let mut t = hit.map_or(f64::INFINITY, |hit| hit.t);
         for (i, (disc, _)) in self.discs.iter().enumerate() {
             let id = Id::Disc(i as u32);
-            if leaving != id && target != Some(id) && disc.intersect(ray, distance).is_some() {
-                return true;
+            if leaving != Some(id)
+                && let Some(nearer) = disc.intersect(ray, t)
+            {
+                t = nearer;
+                *hit = Some(Hit { t, id, weights: [0.0; 2] });
             }
         }
         for (i, (mesh, _)) in self.meshes.iter().enumerate() {
-            if mesh.blocks(ray, distance, triangle_of(Some(leaving), i), triangle_of(target, i)) {
-                return true;
+            if let Some(found) = mesh.closest(ray, t, triangle_of(leaving, i)) {
+                t = found.t;
+                let id = Id::Triangle { mesh: i as u32, triangle: found.triangle };
+                *hit = Some(Hit { t, id, weights: found.weights });
             }
         }
-        false
+    }
+
+    /// Whether anything but its start and its target stands before the end of each ray.
+    #[inline(always)]
+    pub(super) fn block<S: Simd>(&self, simd: S, shadows: &Shadows, blocked: &mut Column<bool>) {
+        for from in (0..shadows.rays.len()).step_by(LANES) {
+            let bits = self.solids.block(simd, shadows, from);
+            for (lane, blocked) in blocked[from..from + LANES].iter_mut().enumerate() {
+                *blocked = bits >> lane & 1 == 1;
+            }
+        }
+        if self.discs.is_empty() && self.meshes.is_empty() {
+            return;
+        }
+        for j in 0..shadows.rays.len() {
+            let (distance, target) = shadows.end(j);
+            blocked[j] = blocked[j] || self.hides(&shadows.rays.get(j), distance, shadows.rays.leaving(j), target);
+        }
+    }
+
+    /// Whether a disc or a mesh stands before `distance`.
+    #[inline]
+    pub(super) fn hides(&self, ray: &Ray, distance: f64, leaving: Option<Id>, target: Option<Id>) -> bool {
+        let disc_hides = |(i, (disc, _)): (usize, &(Disc, Finish))| {
+            let id = Some(Id::Disc(i as u32));
+            leaving != id && target != id && disc.intersect(ray, distance).is_some()
+        };
+        self.discs.iter().enumerate().any(disc_hides)
+            || self
+                .meshes
+                .iter()
+                .enumerate()
+                .any(|(i, (mesh, _))| mesh.blocks(ray, distance, triangle_of(leaving, i), triangle_of(target, i)))
+    }
+
+    /// Whether a ray that does not meet a quad or a sphere that shines brings no light at all.
+    pub(super) fn only_lamps_shine(&self) -> bool {
+        self.sky == DVec3::ZERO && !self.lights.surround_all() && !self.other_lamps
+    }
+
+    /// How many reflectors there are.
+    pub(super) fn groups(&self) -> usize {
+        self.reflectors.len()
     }
 
     #[inline]
@@ -204,12 +237,26 @@ impl<'a> Scene<'a> {
         &self.covers[index]
     }
 
+    /// What a frame is made of: normal and tangent of a flat shape with radius 0, or centre of a sphere, nothing, and radius.
+    /// Of a triangle nothing at all.
+    #[inline(always)]
+    pub(super) fn shape(&self, id: Id) -> (DVec3, DVec3, f64) {
+        match id {
+            Id::Quad(i) => (self.solids.quads[i as usize].normal, self.solids.quads[i as usize].tangent, 0.0),
+            Id::Sphere(i) => {
+                (self.solids.spheres[i as usize].centre, DVec3::ZERO, self.solids.spheres[i as usize].radius)
+            }
+            Id::Disc(i) => (self.discs[i as usize].0.normal, self.discs[i as usize].0.tangent, 0.0),
+            Id::Triangle { .. } => (DVec3::Z, DVec3::X, 0.0),
+        }
+    }
+
     /// The front of the surface at a point of it.
     #[inline(always)]
     pub(super) fn frame(&self, hit: &Hit, point: DVec3) -> Frame {
         let (plane, normal, along) = match hit.id {
             Id::Quad(i) => {
-                let quad = self.quads.get(i as usize);
+                let quad = &self.solids.quads[i as usize];
                 (quad.normal, quad.normal, quad.tangent)
             }
             Id::Disc(i) => {
@@ -217,7 +264,7 @@ impl<'a> Scene<'a> {
                 (disc.normal, disc.normal, disc.tangent)
             }
             Id::Sphere(i) => {
-                let sphere = self.spheres.get(i as usize);
+                let sphere = &self.solids.spheres[i as usize];
                 let normal = (point - sphere.centre) / sphere.radius;
                 // Along the parallels of latitude; any direction will do at the poles.
                 let across2 = normal.x * normal.x + normal.y * normal.y;
@@ -238,8 +285,8 @@ impl<'a> Scene<'a> {
     #[inline]
     pub(super) fn uv(&self, hit: &Hit, point: DVec3) -> [f64; 2] {
         match hit.id {
-            Id::Quad(i) => self.quads.get(i as usize).uv(point),
-            Id::Sphere(i) => self.spheres.get(i as usize).uv(point),
+            Id::Quad(i) => self.solids.quads[i as usize].uv(point),
+            Id::Sphere(i) => self.solids.spheres[i as usize].uv(point),
             Id::Disc(_) | Id::Triangle { .. } => hit.weights,
         }
     }
@@ -250,7 +297,7 @@ impl<'a> Scene<'a> {
     pub(super) fn place_in(&self, hit: &Hit, point: DVec3) -> DVec3 {
         match hit.id {
             Id::Quad(i) => {
-                let quad = self.quads.get(i as usize);
+                let quad = &self.solids.quads[i as usize];
                 let away = point - quad.corner;
                 DVec3::new(away.dot(quad.tangent), away.dot(quad.normal.cross(quad.tangent)), 0.0)
             }
@@ -274,27 +321,11 @@ impl<'a> Scene<'a> {
         let sphere = |(k, s): (usize, &super::shape::Sphere)| {
             ((point - s.centre).length() < s.radius).then(|| format!("sphere {}", k + 1))
         };
-        let mut names: Vec<String> = self.spheres.iter().enumerate().filter_map(sphere).collect();
+        let mut names: Vec<String> = self.solids.spheres.iter().enumerate().filter_map(sphere).collect();
         names.extend(
             self.meshes.iter().enumerate().filter(|(_, m)| m.0.holds(point)).map(|(k, _)| format!("mesh {}", k + 1)),
         );
         names
-    }
-}
-
-#[inline(always)]
-fn quad_of(id: Option<Id>) -> Option<usize> {
-    match id {
-        Some(Id::Quad(i)) => Some(i as usize),
-        _ => None,
-    }
-}
-
-#[inline(always)]
-fn sphere_of(id: Option<Id>) -> Option<usize> {
-    match id {
-        Some(Id::Sphere(i)) => Some(i as usize),
-        _ => None,
     }
 }
 
@@ -311,15 +342,22 @@ mod tests {
     use super::*;
     use crate::model::Lambert;
     use crate::render::material::Material;
+    use crate::render::rays::WAVE;
     use crate::render::shape::{Quad, Sphere};
     use fearless_simd::{Level, dispatch};
 
     fn closest(scene: &Scene, ray: &Ray, leaving: Option<Id>) -> Option<Hit> {
-        dispatch!(Level::new(), simd => scene.closest(simd, ray, leaving))
+        let (mut rays, mut hits) = (Rays::default(), [None; WAVE]);
+        rays.push(ray, leaving);
+        dispatch!(Level::new(), simd => scene.closest(simd, &rays, &mut hits));
+        hits[0]
     }
 
     fn blocked(scene: &Scene, ray: &Ray, distance: f64, leaving: Id, target: Option<Id>) -> bool {
-        dispatch!(Level::new(), simd => scene.is_blocked(simd, ray, distance, leaving, target))
+        let (mut shadows, mut blocked) = (Shadows::default(), [false; WAVE]);
+        shadows.push(ray, leaving, distance, target);
+        dispatch!(Level::new(), simd => scene.block(simd, &shadows, &mut blocked));
+        blocked[0]
     }
 
     fn square(z: f64) -> Quad {

@@ -4,8 +4,8 @@
 //! white is `(1, 1, 1)`. Between the seven wavelengths `f_r` is taken as linear, beyond the first and last as constant.
 
 use crate::error::Result;
-use crate::optics::Brdf;
 use crate::optics::colour::{self, Illuminant, nodes};
+use crate::optics::{Brdf, BrdfSample};
 use glam::{DMat3, DVec3};
 
 /// Wavelengths at which a spectral BRDF is asked \[m\]: from where the eye begins to see to where it ends.
@@ -22,6 +22,13 @@ pub(super) struct ColourDraw {
     pub weight: DVec3,
     pub pdf: f64,
     pub specular: bool,
+}
+
+impl From<BrdfSample> for ColourDraw {
+    #[inline(always)]
+    fn from(draw: BrdfSample) -> Self {
+        ColourDraw { wo: draw.wo, weight: DVec3::splat(draw.weight), pdf: draw.pdf, specular: draw.specular }
+    }
 }
 
 impl Spectral {

@@ -8,15 +8,13 @@ const LEAST: f64 = 1e-3;
 
 /// z is the normal on the side that is seen.
 pub(super) struct Spot {
-    pub id: Id,
-    pub point: DVec3,
     /// Direction to the viewer in the local frame.
     pub seen: DVec3,
-    x: DVec3,
-    y: DVec3,
+    pub x: DVec3,
     pub z: DVec3,
-    /// Unit normal of the surface as rays meet it, on the side that is seen.
-    plane: DVec3,
+    /// Unit normal of the surface as rays meet it, on the side that is seen: past an interpolated normal a direction may
+    /// leave the frame and not the surface.
+    pub plane: DVec3,
 }
 
 impl Spot {
@@ -33,25 +31,14 @@ impl Spot {
             // Any direction will do where the parallels of latitude shrink to a point.
             x = (along - along.dot(z) * z).try_normalize().unwrap_or_else(|| tangents(z).0);
         }
-        let mut spot = Spot { id: hit.id, point, seen: DVec3::Z, x, y: z.cross(x), z, plane };
+        let mut spot = Spot { seen: DVec3::Z, x, z, plane };
         spot.seen = spot.to_local(to_viewer);
         (spot.seen.z > 0.0).then_some(spot)
     }
 
     #[inline(always)]
     pub(super) fn to_local(&self, w: DVec3) -> DVec3 {
-        DVec3::new(w.dot(self.x), w.dot(self.y), w.dot(self.z))
-    }
-
-    #[inline(always)]
-    pub(super) fn to_world(&self, w: DVec3) -> DVec3 {
-        w.x * self.x + w.y * self.y + w.z * self.z
-    }
-
-    /// Whether a direction leaves the surface on the side that is seen: past an interpolated normal it may not.
-    #[inline(always)]
-    pub(super) fn leaves(&self, direction: DVec3) -> bool {
-        self.plane.dot(direction) > 0.0
+        DVec3::new(w.dot(self.x), w.dot(self.z.cross(self.x)), w.dot(self.z))
     }
 }
 

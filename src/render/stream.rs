@@ -42,44 +42,39 @@ impl SobolTable {
     }
 }
 
-/// The scrambles of one pixel.
+/// The scrambles of one pixel, for the points of one lap of the sequence.
 pub(super) struct PixelStream<'a> {
     table: &'a SobolTable,
-    pixel_seed: u64,
-    block: u32,
-    seed: u32,
+    seed: u64,
+    scramble: u32,
     /// First point of the pixel's table.
     start: usize,
     flips: [u32; TABLED],
 }
 
 impl<'a> PixelStream<'a> {
-    /// An Owen-scrambled Sobol sequence (Burley, J. Computer Graphics Techniques 9(4), 2020) for pixel number `pixel`.
-    pub(super) fn new(table: &'a SobolTable, seed: u64, pixel: u64) -> Self {
-        let pixel_seed = mix(mix(seed) ^ pixel);
-        let mut stream = PixelStream { table, pixel_seed, block: 0, seed: 0, start: 0, flips: [0; TABLED] };
-        stream.enter_block(0);
-        stream
+    /// An Owen-scrambled Sobol sequence (Burley, J. Computer Graphics Techniques 9(4), 2020) for pixel number `pixel`, in the
+    /// [`lap`] of the paths that will be asked for.
+    pub(super) fn new(table: &'a SobolTable, seed: u64, pixel: u64, lap: u32) -> Self {
+        let seed = mix(mix(mix(seed) ^ pixel) ^ u64::from(lap));
+        let scramble = (seed >> 32) as u32;
+        let start = ((seed as u32 % table.tables) * table.length) as usize;
+        PixelStream { table, seed, scramble, start, flips: std::array::from_fn(|d| scramble_of(scramble, d as u32)) }
     }
 
     /// Point `index` of the sequence: the numbers of one path.
     #[inline(always)]
-    pub(super) fn path(&mut self, index: u32) -> PathStream<'_> {
-        if index / POINTS != self.block {
-            self.enter_block(index / POINTS);
-        }
+    pub(super) fn path(&self, index: u32) -> PathStream<'_> {
         let index = index % POINTS;
         let at = self.start + (index % self.table.length) as usize;
         PathStream { pixel: self, index, tabled: &self.table.points[at], used: 0 }
     }
+}
 
-    fn enter_block(&mut self, block: u32) {
-        self.block = block;
-        let seed = mix(self.pixel_seed ^ u64::from(block));
-        self.seed = (seed >> 32) as u32;
-        self.start = ((seed as u32 % self.table.tables) * self.table.length) as usize;
-        self.flips = std::array::from_fn(|d| scramble_of(self.seed, d as u32));
-    }
+/// Which run through the sequence a path is in, and the first path of the next.
+pub(super) fn lap(index: u32) -> (u32, u32) {
+    let lap = index / POINTS;
+    (lap, (lap + 1).saturating_mul(POINTS))
 }
 
 /// The coordinates of one point, in order.
@@ -110,16 +105,16 @@ impl PathStream<'_> {
         let (lap, dimension) = (d / NUM_DIMENSIONS, d % NUM_DIMENSIONS);
         let mut index = self.index.reverse_bits();
         if lap > 0 {
-            index = owen_scramble_rev(index, scramble_of(!self.pixel.seed, lap));
+            index = owen_scramble_rev(index, scramble_of(!self.pixel.scramble, lap));
         }
-        unit(owen_scramble_rev(sobol_rev(index, dimension), scramble_of(self.pixel.seed, d)))
+        unit(owen_scramble_rev(sobol_rev(index, dimension), scramble_of(self.pixel.scramble, d)))
     }
 
     /// An independent number in `[0, 1)` that belongs to no coordinate.
     #[inline]
     pub(super) fn lonely(&self) -> f64 {
         let key = u64::from(self.index) << 32 ^ self.used as u64;
-        (mix(mix(self.pixel.pixel_seed ^ u64::from(self.pixel.block)) ^ key) >> 11) as f64 / (1u64 << 53) as f64
+        (mix(self.pixel.seed ^ key) >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 
@@ -155,7 +150,7 @@ mod tests {
     fn the_first_two_coordinates_are_stratified() {
         let table = SobolTable::new(256);
         for pixel in 0..20 {
-            let mut stream = PixelStream::new(&table, 3, pixel);
+            let stream = PixelStream::new(&table, 3, pixel, 0);
             let points: Vec<[f64; 2]> = (0..256).map(|i| stream.path(i).pair()).collect();
             for columns in [1, 2, 16, 64, 256] {
                 let rows = 256 / columns;
@@ -169,9 +164,9 @@ mod tests {
     }
 
     #[test]
-    fn pixels_seeds_and_blocks_differ_and_repeat() {
+    fn pixels_seeds_and_laps_differ_and_repeat() {
         let table = SobolTable::new(POINTS + 9);
-        let first = |seed, pixel, index| PixelStream::new(&table, seed, pixel).path(index).pair();
+        let first = |seed, pixel, index| PixelStream::new(&table, seed, pixel, lap(index).0).path(index).pair();
         assert_eq!(first(1, 2, 3), first(1, 2, 3));
         let all = [first(1, 2, 3), first(2, 2, 3), first(1, 3, 3), first(1, 2, 4), first(1, 2, 3 + POINTS)];
         for (i, a) in all.iter().enumerate() {
@@ -182,7 +177,7 @@ mod tests {
     #[test]
     fn long_paths_go_on_beyond_the_table_and_the_dimensions() {
         let table = SobolTable::new(64);
-        let mut stream = PixelStream::new(&table, 0, 0);
+        let stream = PixelStream::new(&table, 0, 0, 0);
         // Neither neighbours nor a coordinate and its second lap may be correlated over the points.
         let mut numbers = vec![Vec::new(); 600];
         for index in 0..64 {

@@ -1,0 +1,226 @@
+//! Where the paths of a wave meet something that reflects, in order of materials.
+
+use super::super::material::Coat;
+use super::super::rays::{Column, LANES, Lanes3, Rays, WAVE, cross, dot_lanes, load, store};
+use super::super::scene::{Hit, Id, Scene};
+use super::super::spot::Spot;
+use crate::math::frame::DVec3;
+use fearless_simd::{Simd, f64x8, prelude::*};
+use std::ops::Range;
+
+/// A place where a ray is reflected.
+#[derive(Clone, Copy)]
+struct Found<'a> {
+    ray: usize,
+    coat: &'a Coat<'a>,
+    tint: DVec3,
+}
+
+/// The places of all rays of a step with the frames of their materials, in columns. Their numbers count in order of
+/// materials, and within one in order of rays.
+pub(super) struct Spots<'a> {
+    found: Vec<Found<'a>>,
+    /// Where the numbers of each group end, while they are counted: how many there are.
+    ends: Vec<usize>,
+    len: usize,
+    /// Numbers of the rays.
+    pub ray: Column<usize>,
+    pub id: Column<Id>,
+    pub point: [Column<f64>; 3],
+    /// Axes x and z of the frame: z is the normal on the side that is seen.
+    x: [Column<f64>; 3],
+    pub z: [Column<f64>; 3],
+    /// Unit normal of the surface as rays meet it, on the side that is seen.
+    plane: [Column<f64>; 3],
+    /// Directions to the viewer: in space, and in the frame.
+    view: [Column<f64>; 3],
+    pub seen: Vec<DVec3>,
+    pub coat: Vec<&'a Coat<'a>>,
+    pub tint: Vec<DVec3>,
+    /// Radii of spheres, 0 of everything else.
+    radius: Column<f64>,
+    /// Numbers of the places on meshes.
+    on_mesh: Vec<usize>,
+}
+
+impl Default for Spots<'_> {
+    fn default() -> Self {
+        let zeros = [[0.0; WAVE]; 3];
+        Spots {
+            found: Vec::with_capacity(WAVE),
+            ends: Vec::new(),
+            len: 0,
+            ray: [0; WAVE],
+            id: [Id::Disc(0); WAVE],
+            point: zeros,
+            x: zeros,
+            z: zeros,
+            plane: zeros,
+            view: zeros,
+            seen: vec![DVec3::Z; WAVE],
+            coat: Vec::with_capacity(WAVE),
+            tint: vec![DVec3::ONE; WAVE],
+            radius: [0.0; WAVE],
+            on_mesh: Vec::new(),
+        }
+    }
+}
+
+impl<'a> Spots<'a> {
+    /// Empties the list for materials of so many groups.
+    #[inline]
+    pub fn clear(&mut self, groups: usize) {
+        self.found.clear();
+        self.ends.clear();
+        self.ends.resize(groups, 0);
+        self.len = 0;
+    }
+
+    /// Adds what ray number `ray` met.
+    #[inline(always)]
+    pub fn add(&mut self, ray: usize, coat: &'a Coat<'a>, tint: DVec3) {
+        self.ends[coat.group()] += 1;
+        self.found.push(Found { ray, coat, tint });
+    }
+
+    /// Numbers the places and finds their frames.
+    #[inline(always)]
+    pub fn arrange<S: Simd>(&mut self, simd: S, scene: &Scene, rays: &Rays, hits: &Column<Option<Hit>>) {
+        let mut start = 0;
+        for end in &mut self.ends {
+            start += std::mem::replace(end, start);
+        }
+        self.len = self.found.len();
+        self.on_mesh.clear();
+        self.coat.clear();
+        if let Some(first) = self.found.first() {
+            self.coat.resize(self.len, first.coat);
+        }
+        for found in &self.found {
+            let end = &mut self.ends[found.coat.group()];
+            let i = *end;
+            *end += 1;
+            let ray = rays.get(found.ray);
+            let Some(hit) = &hits[found.ray] else { continue };
+            let (normal, along, radius) = scene.shape(hit.id);
+            if let Id::Triangle { .. } = hit.id {
+                self.on_mesh.push(i);
+            }
+            let point = ray.at(hit.t);
+            for axis in 0..3 {
+                self.point[axis][i] = point[axis];
+                self.view[axis][i] = -ray.direction[axis];
+                self.z[axis][i] = normal[axis];
+                self.x[axis][i] = along[axis];
+            }
+            self.radius[i] = radius;
+            (self.ray[i], self.id[i], self.coat[i], self.tint[i]) = (found.ray, hit.id, found.coat, found.tint);
+        }
+        for from in (0..self.len).step_by(LANES) {
+            self.frames(simd, from);
+        }
+        for k in 0..self.on_mesh.len() {
+            let i = self.on_mesh[k];
+            if let Some(hit) = &hits[self.ray[i]] {
+                self.frame_on_mesh(scene, hit, i);
+            }
+        }
+    }
+
+    /// From the shapes to the frames of their spots, as [`Spot::new`] does it.
+    #[inline(always)]
+    fn frames<S: Simd>(&mut self, simd: S, from: usize) {
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let (point, shape, along) =
+            (load(simd, &self.point, from), load(simd, &self.z, from), load(simd, &self.x, from));
+        let view = load(simd, &self.view, from);
+        let radius = f64x8::from_slice(simd, &self.radius[from..from + LANES]);
+        let round = radius.simd_gt(zero);
+        let inverse = one / round.select(radius, one);
+        let normal = [0, 1, 2].map(|k| round.select((point[k] - shape[k]) * inverse, shape[k]));
+        // Along the parallels of latitude; any direction will do at the poles.
+        let across2 = normal[0] * normal[0] + normal[1] * normal[1];
+        let off_pole = across2.simd_gt(f64x8::splat(simd, 1e-18));
+        let inverse = one / off_pole.select(across2, one).sqrt();
+        let x = [
+            round.select(off_pole.select(zero - normal[1] * inverse, one), along[0]),
+            round.select(off_pole.select(normal[0] * inverse, zero), along[1]),
+            round.select(zero, along[2]),
+        ];
+        let side = dot_lanes(&normal, &view).simd_lt(zero).select(zero - one, one);
+        let z = normal.map(|n| n * side);
+        let y = cross(&z, &x);
+        store(&x, &mut self.x, from);
+        store(&z, &mut self.z, from);
+        store(&z, &mut self.plane, from);
+        let seen = [dot_lanes(&view, &x), dot_lanes(&view, &y), dot_lanes(&view, &z)].map(<[f64; LANES]>::from);
+        for (lane, place) in self.seen[from..from + LANES].iter_mut().enumerate() {
+            *place = DVec3::new(seen[0][lane], seen[1][lane], seen[2][lane]);
+        }
+    }
+
+    /// The same on a mesh, whose normals are interpolated.
+    fn frame_on_mesh(&mut self, scene: &Scene, hit: &Hit, i: usize) {
+        let at = |columns: &[Column<f64>; 3]| DVec3::new(columns[0][i], columns[1][i], columns[2][i]);
+        let spot = Spot::new(scene, hit, at(&self.point), at(&self.view));
+        // Seen exactly edge-on nothing is reflected.
+        self.seen[i] = spot.as_ref().map_or(DVec3::X, |s| s.seen);
+        let Some(spot) = spot else { return };
+        for axis in 0..3 {
+            self.x[axis][i] = spot.x[axis];
+            self.z[axis][i] = spot.z[axis];
+            self.plane[axis][i] = spot.plane[axis];
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    pub fn groups(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// The numbers of one group.
+    pub fn range(&self, group: usize) -> Range<usize> {
+        let start = if group > 0 { self.ends[group - 1] } else { 0 };
+        start..self.ends[group]
+    }
+
+    /// The point, and the normal on the side that is seen.
+    #[inline(always)]
+    pub fn at(&self, i: usize) -> (DVec3, DVec3) {
+        let at = |columns: &[Column<f64>; 3]| DVec3::new(columns[0][i], columns[1][i], columns[2][i]);
+        (at(&self.point), at(&self.z))
+    }
+
+    /// Directions in the frames of the spots from number `from` on.
+    #[inline(always)]
+    pub fn to_local<S: Simd>(&self, simd: S, from: usize, w: &Lanes3<S>) -> Lanes3<S> {
+        let (x, z) = (load(simd, &self.x, from), load(simd, &self.z, from));
+        let y = cross(&z, &x);
+        [dot_lanes(w, &x), dot_lanes(w, &y), dot_lanes(w, &z)]
+    }
+
+    /// Directions in space.
+    #[inline(always)]
+    pub fn to_world<S: Simd>(&self, simd: S, from: usize, w: &Lanes3<S>) -> Lanes3<S> {
+        let (x, z) = (load(simd, &self.x, from), load(simd, &self.z, from));
+        let y = cross(&z, &x);
+        [0, 1, 2].map(|k| w[0] * x[k] + w[1] * y[k] + w[2] * z[k])
+    }
+
+    /// A bit for each direction in space that leaves the surface on the side that is seen: past an interpolated normal it may
+    /// not.
+    #[inline(always)]
+    pub fn leaving<S: Simd>(&self, simd: S, from: usize, w: &Lanes3<S>) -> u64 {
+        let above = dot_lanes(&load(simd, &self.plane, from), w).simd_gt(f64x8::splat(simd, 0.0));
+        above.to_bitmask() & lanes_of(self.len - from)
+    }
+}
+
+/// A bit for each of the first lanes.
+#[inline(always)]
+fn lanes_of(count: usize) -> u64 {
+    (1 << count.min(LANES)) - 1
+}
