@@ -101,6 +101,8 @@ fn assert_chosen_well(map: &HeightMap, name: &str, tolerances: &[f64], taken: &m
         // The average over azimuths is smooth enough for the cells of every tolerance, whatever the map's own error.
         assert!(!row.isotropic || counted <= row.tolerance + row.from_count_se.unwrap_or(0.0), "{text}");
         assert!(row.resolved, "{text}");
+        // Rays serve only where waves say the same.
+        assert!(row.waves_agree != Some(false), "{text}");
         taken.insert(row.taken);
     }
 }
@@ -162,10 +164,10 @@ fn choices_are_written_down() {
     assert_eq!(found.len(), 2 * ANGLES.len());
     assert!(found[0][1] == "0.05" && found[ANGLES.len()][1] == "0.02", "in the order asked for: {found:?}");
     for row in &found {
-        assert_eq!(row.len(), 19, "{row:?}");
+        assert_eq!(row.len(), 21, "{row:?}");
         let [tolerance, off, error] = [1, 10, 11].map(|k| row[k].parse::<f64>());
         if let (Ok(tolerance), Ok(off), Ok(error)) = (tolerance, off, error) {
-            assert_eq!(row[17] == "true", off <= tolerance + error, "the file tells what lies beyond: {row:?}");
+            assert_eq!(row[19] == "true", off <= tolerance + error, "the file tells what lies beyond: {row:?}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What `auto` chooses for a map, what the next costlier method would have changed, and whether it was within the tolerance.
 
-use super::patches::{counted, counted_by_places, tabulated};
+use super::patches::{counted, counted_by_places, tabulated, tabulated_by_subareas};
 use super::surface::{GLASS, Surface};
 use crate::bench::method::Distance::Moved;
 use crate::error::Result;
@@ -55,7 +55,12 @@ pub struct Row {
     pub from_waves: Option<f64>,
     /// Where waves may not be believed themselves (too steep, too curved or too much hidden), they judge nobody.
     pub waves_hold: bool,
-    /// Within the tolerance of the costliest method that holds.
+    /// Expected distance between waves on the map and on the surface, of which the map is a sample: from groups of speckles.
+    pub waves_error: f64,
+    /// Where rays serve and waves hold: whether they are nearer to waves than the tolerance and twice what chance makes of both.
+    pub waves_agree: Option<bool>,
+    /// Within the tolerance of the costliest method of its kind: rays of every facet with its visibility, waves of those at the
+    /// finest tolerance.
     pub within: bool,
     /// The cells, too, move less than the tolerance, or than another map of the surface would.
     pub resolved: bool,
@@ -145,6 +150,7 @@ impl Count {
 pub fn choose(map: &HeightMap, name: &str, tolerances: &[f64]) -> Result<Vec<Row>> {
     let surface = Surface::new(map, name)?;
     let waves = Served::new(map, Method::Kirchhoff, 0.01)?;
+    let waves_error = tabulated_by_subareas(&waves.table, &ANGLES.map(f64::to_radians));
     let mut finest_first = tolerances.to_vec();
     finest_first.sort_by(f64::total_cmp);
     let mut counts: Vec<Count> = Vec::new();
@@ -164,7 +170,17 @@ pub fn choose(map: &HeightMap, name: &str, tolerances: &[f64]) -> Result<Vec<Row
             if finest.len() <= k {
                 finest.push(own.clone());
             }
-            rows.push(row(name, tolerance, k, &own, &auto, (&facets, fewer.as_ref()), &waves, &counts[k], &finest[k]));
+            rows.push(row(
+                name,
+                tolerance,
+                k,
+                &own,
+                &auto,
+                (&facets, fewer.as_ref()),
+                (&waves, waves_error[k]),
+                &counts[k],
+                &finest[k],
+            ));
         }
     }
     // As they were asked for.
@@ -181,7 +197,7 @@ fn row(
     own: &[f64],
     auto: &Served,
     (facets, fewer): (&Served, Option<&Served>),
-    waves: &Served,
+    (waves, waves_error): (&Served, f64),
     count: &Count,
     finest: &[f64],
 ) -> Row {
@@ -218,9 +234,14 @@ fn row(
         waves_hold: judge.undersampled <= tolerance.max(0.01)
             && judge.tangent_plane >= 1.0
             && judge.unfollowed <= 0.5 * tolerance,
+        waves_error,
+        waves_agree: None,
         within: false,
         resolved: false,
     };
+    // A few patches hold a lobe, so the distance that chance makes scatters by a third of its mean: twice it is beyond chance.
+    let chance = 2.0 * row.map_error.hypot(waves_error);
+    row.waves_agree = (!d.wave && row.waves_hold).then(|| row.holds(row.from_waves, Some(chance)));
     row.within = if d.wave { row.holds(row.from_waves, None) } else { row.holds(row.from_facets, row.from_facets_se) };
     row.resolved =
         row.holds(row.from_count, row.from_count_se) || row.from_count.is_some_and(|off| off <= row.map_error);
@@ -231,14 +252,14 @@ fn row(
 pub fn csv(rows: &[Row], machine: &super::Machine) -> String {
     let mut csv = format!(
         "# {machine}\nmap,tolerance,theta_i_deg,rayleigh_g,isotropic,taken,seconds,next,next_seconds,next_moves,from_facets,\
-         from_facets_se,from_count,from_count_se,map_error,from_waves,waves_hold,within,resolved\n"
+         from_facets_se,from_count,from_count_se,map_error,from_waves,waves_hold,waves_error,waves_agree,within,resolved\n"
     );
     let number = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.3e}"));
     for r in rows {
         // Writing to a string cannot fail.
         let _ = writeln!(
             csv,
-            "\"{}\",{},{:.0},{:.4e},{},{},{:.3e},{},{},{},{},{},{},{},{:.3e},{},{},{},{}",
+            "\"{}\",{},{:.0},{:.4e},{},{},{:.3e},{},{},{},{},{},{},{},{:.3e},{},{},{:.3e},{},{},{}",
             r.map.replace('"', "\"\""),
             r.tolerance,
             r.theta_i_deg,
@@ -256,6 +277,8 @@ pub fn csv(rows: &[Row], machine: &super::Machine) -> String {
             r.map_error,
             number(r.from_waves),
             r.waves_hold,
+            r.waves_error,
+            r.waves_agree.map_or_else(String::new, |agree| agree.to_string()),
             r.within,
             r.resolved
         );

@@ -16,6 +16,11 @@ const PLACES: usize = 4;
 
 /// Points at which a table is read for one incident direction, about.
 const READINGS: usize = 1 << 20;
+/// The same where the patches of many tables are compared with each other.
+const FEWER_READINGS: usize = 1 << 16;
+
+/// Mean of `|x|` of a normal error, in standard deviations: `sqrt(2 / pi)`.
+const MEAN_SIZE: f64 = 0.797_884_560_802_865_4;
 
 /// The patches in the frame of the source.
 struct FromSource {
@@ -57,11 +62,24 @@ pub fn counted_by_places(walk: &Walk, theta_i: f64) -> f64 {
         .map(|place| counted(walk, theta_i, 0.0, &Selection { footprint: Some(place), ..Selection::default() }))
         .filter(|shares| shares.iter().any(|&e| e > 0.0))
         .collect();
-    let patch = |k: usize| Estimate::from_repeats(&places.iter().map(|shares| shares[k]).collect::<Vec<_>>());
-    let patches: Vec<Estimate> = (0..places.first().map_or(0, Vec::len)).map(patch).collect();
-    let (sum, error) = patches.iter().fold((0.0, 0.0), |(s, e), p| (s + p.value, e + p.standard_error));
-    // The mean of |x| of a normal error is sqrt(2 / pi) of its standard deviation.
-    0.5 * std::f64::consts::FRAC_2_PI.sqrt() * error / sum.max(f64::MIN_POSITIVE)
+    chance(&places)
+}
+
+/// The same for the light of a table: from its sub-areas, where waves served from groups of speckles.
+pub fn tabulated_by_subareas(table: &Table, theta_i: &[f64]) -> Vec<f64> {
+    let parts: Vec<Table> = (0..table.subareas()).map(|k| table.of_subarea(k)).collect();
+    theta_i
+        .iter()
+        .map(|&t| chance(&parts.iter().map(|part| read(part, t, 0.0, FEWER_READINGS)).collect::<Vec<_>>()))
+        .collect()
+}
+
+/// `1/2 sum E|a_k - b_k| / sum b_k` between the mean of repeats and what they scatter about.
+fn chance(repeats: &[Vec<f64>]) -> f64 {
+    let patch = |k: usize| Estimate::from_repeats(&repeats.iter().map(|shares| shares[k]).collect::<Vec<_>>());
+    let patches = (0..repeats.first().map_or(0, Vec::len)).map(patch);
+    let (sum, error) = patches.fold((0.0, 0.0), |(s, e), p| (s + p.value, e + p.standard_error));
+    0.5 * MEAN_SIZE * error / sum.max(f64::MIN_POSITIVE)
 }
 
 /// Share of the incident energy per detector of a tally.
@@ -76,13 +94,18 @@ pub fn shares(tally: &Tally) -> Vec<f64> {
 /// `integral of f_r cos_theta_r dw` over every patch by midpoints in the slope plane, finer than the cells of the table; the
 /// mirror beam included.
 pub fn tabulated(table: &Table, theta_i: f64, phi_i: f64) -> Vec<f64> {
+    read(table, theta_i, phi_i, READINGS)
+}
+
+/// At about so many points.
+fn read(table: &Table, theta_i: f64, phi_i: f64, points: usize) -> Vec<f64> {
     let (patches, cells) = (Rings::klems(), table.cells());
     let wi = direction(theta_i, phi_i);
     // The cells of an isotropic table lie in the frame of the source.
     let turn = if table.is_isotropic() { phi_i } else { 0.0 };
     let local = turned_back(wi, turn);
     // Even, so that no point lies on the kinks of the interpolation.
-    let side = 2 * ((READINGS as f64 / cells.len() as f64).sqrt() / 2.0).ceil().max(1.0) as usize;
+    let side = 2 * ((points as f64 / cells.len() as f64).sqrt() / 2.0).ceil().max(1.0) as usize;
     let middle = |k: usize| (k as f64 + 0.5) / side as f64;
     let row = cells.row_length();
     let mut energy = (0..cells.len() / row)

@@ -267,26 +267,33 @@ fn chosen(a: &Arguments, machine: &Machine, json: bool) -> anyhow::Result<()> {
             percent(r.from_facets),
             percent(r.from_count),
             percent(Some(r.map_error)),
-            percent(r.from_waves),
-            match (r.within, r.resolved) {
-                (true, true) => String::new(),
-                (true, false) => "cells".to_owned(),
-                (false, _) => "BEYOND".to_owned(),
+            match r.waves_agree {
+                None => percent(r.from_waves),
+                Some(_) => format!("{} ± {:.3}", percent(r.from_waves), 100.0 * r.map_error.hypot(r.waves_error)),
+            },
+            match (r.within, r.resolved, r.waves_agree) {
+                (false, _, _) => "BEYOND".to_owned(),
+                (true, _, Some(false)) => "waves".to_owned(),
+                (true, false, _) => "cells".to_owned(),
+                (true, true, _) => String::new(),
             },
         ]);
     }
     println!(
         "{shown}\nShares of the light that lie in other Klems patches: of the next costlier method, of every facet with its \
-         visibility in the same cells, of the same facets counted without a table, of another map of the surface, of waves. Time \
-         of the table of all angles."
+         visibility in the same cells, of the same facets counted without a table, of another map of the surface, of waves ± what \
+         chance makes of both. Time of the table of all angles."
     );
     let count = |test: fn(&choice::Row) -> bool| rows.iter().filter(|r| test(r)).count();
     println!(
-        "{} of {} choices lie beyond their tolerance of the costliest method that holds; the cells of {} move more than \
-         that and than another map would.",
+        "{} of {} choices lie beyond their tolerance of the costliest method of their kind, every facet or the finest waves; the \
+         cells of {} move more than that and than another map would. Of {} choices of rays where waves hold, {} are further \
+         from them than the tolerance and twice the chance.",
         count(|r| !r.within),
         rows.len(),
-        count(|r| !r.resolved)
+        count(|r| !r.resolved),
+        count(|r| r.waves_agree.is_some()),
+        count(|r| r.waves_agree == Some(false))
     );
     say_wrote(&outputs);
     Ok(())
