@@ -62,10 +62,10 @@ fn lookups(c: &mut Criterion) {
         let mut g = group(c, &name, queries.len() as u64);
         let draw =
             |b: &dyn Brdf| queries.iter().filter_map(|q| b.sample(q.0, q.2)).map(|s| s.weight + s.pdf).sum::<f64>();
-        g.bench_function("sample with weight and pdf", |b| b.iter(|| draw(black_box(brdf))));
+        g.bench_function("sample with weight and pdf, one by one", |b| b.iter(|| draw(black_box(brdf))));
         let (sources, numbers): (Vec<DVec3>, Vec<[f64; 2]>) = queries.iter().map(|q| (q.0, q.2)).unzip();
         let mut drawn = vec![None; queries.len()];
-        g.bench_function("sample with weight and pdf, many at once", |b| {
+        g.bench_function("sample with weight and pdf, in runs of 64", |b| {
             b.iter(|| black_box(brdf).sample_many(&sources, &numbers, black_box(&mut drawn)));
         });
         g.bench_function("eval", |b| b.iter(|| queries.iter().map(|q| brdf.eval(q.0, q.1)).sum::<f64>()));
@@ -83,7 +83,7 @@ fn lookups(c: &mut Criterion) {
         });
         let exits: Vec<DVec3> = queries.iter().map(|q| q.1).collect();
         let mut found = vec![(0.0, 0.0); queries.len()];
-        g.bench_function("eval and pdf, many at once", |b| {
+        g.bench_function("eval and pdf, in runs of 64", |b| {
             b.iter(|| black_box(brdf).eval_and_pdf_many(&sources, &exits, black_box(&mut found)));
         });
         let cumulative = CumulativeSampled::new(brdf);

@@ -56,7 +56,7 @@ const fn at_most(work: &'static str, limit: f64, unit: &'static str, measure: fn
 }
 
 /// Every budget; a new one is a line here.
-const BUDGETS: [Budget; 17] = [
+const BUDGETS: [Budget; 19] = [
     at_most("slope distribution of 1024 x 1024, all incident angles", 2.5, "ms", slope_density),
     at_most("facet sum with visibility, 45 deg, per facet", 6.0, "ns", |b| facets(b, 45.0)),
     at_most("facet sum with visibility, 60 deg, per facet", 15.0, "ns", |b| facets(b, 60.0)),
@@ -65,9 +65,11 @@ const BUDGETS: [Budget; 17] = [
     at_most("naive rays in map order, 60 deg, per ray", 40.0, "ns", |b| ordered_rays(b, 60.0)),
     at_most("naive rays in random order, 60 deg, per ray", 120.0, "ns", |b| random_rays(b, 60.0)),
     at_most("block pyramid of 4096 x 4096", 150.0, "ms", pyramid),
-    at_most("alias sample with pdf and weight, many at once", 15.0, "ns", draws),
+    at_most("alias sample with pdf and weight, in runs of 64 (sample_many)", 15.0, "ns", draws),
+    at_most("alias sample with pdf and weight, one by one (sample)", 35.0, "ns", single_draws),
     at_most("BRDF lookup", 30.0, "ns", lookups),
-    at_most("BRDF lookup with its pdf", 45.0, "ns", lookups_with_pdf),
+    at_most("BRDF lookup with its pdf, one by one (eval_and_pdf)", 45.0, "ns", lookups_with_pdf),
+    at_most("BRDF lookup with its pdf, in runs of 64 (eval_and_pdf_many)", 20.0, "ns", many_lookups),
     at_most("gloss of a table, three angles", 20.0, "ms", table_gloss),
     at_most("gloss of a closed form, three angles", 10.0, "ms", model_gloss),
     at_most("gloss of a 1024 x 1024 map by its facets, three angles", 60.0, "ms", map_gloss),
@@ -189,6 +191,20 @@ fn draws(b: &Bench) -> Result<f64> {
     let drawn = std::cell::RefCell::new(vec![None; list.len()]);
     let draw = || b.table.sample_many(&wi, &u, &mut drawn.borrow_mut());
     Ok(1e9 * median_of(2 * b.repeats, draw) / list.len() as f64)
+}
+
+fn single_draws(b: &Bench) -> Result<f64> {
+    let list = queries(&b.table);
+    let draw = || list.iter().filter_map(|q| b.table.sample(q.0, q.2)).map(|s| s.weight + s.pdf).sum::<f64>();
+    Ok(1e9 * median_of(2 * b.repeats, draw) / list.len() as f64)
+}
+
+fn many_lookups(b: &Bench) -> Result<f64> {
+    let list = queries(&b.table);
+    let (wi, wo): (Vec<DVec3>, Vec<DVec3>) = list.iter().map(|q| (q.0, q.1)).unzip();
+    let found = std::cell::RefCell::new(vec![(0.0, 0.0); list.len()]);
+    let look_up = || b.table.eval_and_pdf_many(&wi, &wo, &mut found.borrow_mut());
+    Ok(1e9 * median_of(2 * b.repeats, look_up) / list.len() as f64)
 }
 
 fn lookups_of(brdf: &dyn Brdf, repeats: usize) -> f64 {

@@ -9,11 +9,11 @@ const TWO_52: f64 = 4_503_599_627_370_496.0;
 /// [`HalfVectorCells::coordinates`] and the cells around them.
 #[derive(Debug, Clone)]
 pub(super) struct Grid {
-    pub(super) to_x: [[f64; 3]; 2],
+    to_x: [[f64; 3]; 2],
     /// Per axis: end of the core, cells per octave and their inverse, cells on each side of the central one.
-    pub(super) core: [f64; 2],
-    pub(super) per_octave: [f64; 2],
-    pub(super) octaves_per_cell: [f64; 2],
+    core: [f64; 2],
+    per_octave: [f64; 2],
+    octaves_per_cell: [f64; 2],
     /// Half a cell more than there are on each side of the central one.
     pub(super) half: [f64; 2],
     /// The step from a cell to its neighbour along the second axis.
@@ -44,7 +44,18 @@ impl Grid {
     /// The cell at or below a slope along both axes, and the shares of the next column and row.
     #[inline(always)]
     pub fn at(&self, p: f64, q: f64) -> (usize, [f32; 2]) {
-        let x = [0, 1].map(|k| self.to_x[k][0] * p + self.to_x[k][1] * q + self.to_x[k][2]);
+        self.around(self.place([p, q]))
+    }
+
+    /// A slope in core cells along both axes.
+    #[inline(always)]
+    pub fn place(&self, [p, q]: [f64; 2]) -> [f64; 2] {
+        self.to_x.map(|row| row[0] * p + row[1] * q + row[2])
+    }
+
+    /// As [`Grid::at`] for a place in core cells.
+    #[inline(always)]
+    pub fn around(&self, x: [f64; 2]) -> (usize, [f32; 2]) {
         // Most lookups lie in the core, where cells are even; those that do not come in a row.
         let u = if x[0].abs() < self.core[0] && x[1].abs() < self.core[1] {
             x

@@ -2,8 +2,10 @@
 
 pub mod alias;
 pub mod audit;
+mod draw;
 mod grid;
 mod hats;
+mod lookup;
 pub mod reciprocal;
 pub mod rivals;
 mod run;

@@ -54,10 +54,21 @@ impl Slabs {
         if ISO {
             return self.of_interval(place.theta, place.u as f32, from, shares);
         }
-        let slab = place.theta * self.azimuths;
-        let near = self.corners(slab + place.phi[0], from, shares);
-        let other = self.corners(slab + place.phi[1], from, shares);
-        blend(near + place.v as f32 * (other - near), place.u as f32)
+        self.of_azimuths(place.theta, place.phi, [place.u, place.v].map(|x| x as f32), from, shares)
+    }
+
+    /// The same between two azimuths, at the shares `upper` of the interval `theta` and `v` of the second azimuth.
+    #[inline(always)]
+    pub fn of_azimuths(
+        &self,
+        theta: usize,
+        phi: [usize; 2],
+        [upper, v]: [f32; 2],
+        from: usize,
+        shares: [f32; 2],
+    ) -> Found {
+        let [near, other] = phi.map(|p| self.corners(theta * self.azimuths + p, from, shares));
+        blend(near + v * (other - near), upper)
     }
 
     /// The same for a table of one azimuth.

@@ -2,7 +2,7 @@
 
 use super::Table;
 use super::mesh::Mesh;
-use super::nodes::{Place, at_turn};
+use super::nodes::{Place, at_turn, turn};
 use crate::math::direction;
 use crate::scatter::axis::{at_least, at_most, nearest};
 use glam::DVec3;
@@ -155,21 +155,23 @@ impl Balance {
         rows[0] + u * (rows[1] - rows[0])
     }
 
-    /// Factors of a table that does not depend on the azimuth: [`STEPS`] to an interval and on to the horizon; and how
-    /// many pieces lie beyond the last node.
-    pub fn of_isotropic_steps(&self) -> (&[f64], usize) {
-        (&self.factor, BEYOND)
+    /// Factors `[step][azimuth]`, [`STEPS`] to an interval and on to the horizon; how many azimuths; and how many steps
+    /// lie beyond the last node.
+    pub fn steps(&self) -> (&[f64], usize, usize) {
+        (&self.factor, self.azimuths, BEYOND)
     }
 
     /// `b(wi)`, interpolated.
     #[inline(always)]
-    pub fn at(&self, place: &Place, cos_theta_i: f64) -> f64 {
+    pub fn at(&self, place: &Place, wi: DVec3) -> f64 {
         if self.azimuths == 1 {
-            return self.of_isotropic(place.theta, place.u, place.tangent, cos_theta_i);
+            return self.of_isotropic(place.theta, place.u, place.tangent, wi.z);
         }
-        let (step, u) = self.step(place.theta, place.u, place.tangent, cos_theta_i);
+        let (step, u) = self.step(place.theta, place.u, place.tangent, wi.z);
         let rows = &self.factor[step * self.azimuths..(step + 2) * self.azimuths];
-        let y = place.turn * (self.azimuths as f64 / 4.0);
+        // A table of one azimuth leaves the turn alone, but its balance has all of them.
+        let turn = if place.turn > 0.0 { place.turn } else { turn(wi.x, wi.y) };
+        let y = turn * (self.azimuths as f64 / 4.0);
         let (k, whole) = nearest(at_most(at_least(y - 0.5, 0.0), (self.azimuths - 1) as f64));
         let v = y - whole;
         let next = if k + 1 < self.azimuths { k + 1 } else { 0 };

@@ -123,7 +123,7 @@ impl Table {
     pub(crate) fn incident(&self, wi: DVec3) -> Incident {
         let place = self.finder.place(wi);
         let turn = if self.isotropic { place.azimuth } else { [1.0, 0.0] };
-        Incident { wi, place, turn, balance: self.balance.at(&place, wi.z), masked: self.masking.times_cosine(wi.z) }
+        Incident { wi, place, turn, balance: self.balance.at(&place, wi), masked: self.masking.times_cosine(wi.z) }
     }
 
     /// Up to four nodes around `wi` and their shares.

@@ -15,7 +15,7 @@ pub(crate) use eval::Incident;
 pub use file::FORMAT_VERSION;
 pub(crate) use masking::Masking;
 pub use nodes::NodeWeights;
-pub(crate) use nodes::{Nodes, Place, not_below};
+pub(crate) use nodes::{BUCKETS, Nodes, Place, not_below, turn};
 
 use crate::optics::Material;
 use crate::scatter::{HalfVectorCells, Method};

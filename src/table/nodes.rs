@@ -7,7 +7,7 @@ use glam::DVec3;
 pub type NodeWeights = [(usize, f64); 4];
 
 /// Steps of the cosine in which intervals are looked for.
-const BUCKETS: usize = 512;
+pub(crate) const BUCKETS: usize = 512;
 
 /// Incident angles prepared for finding.
 ///
@@ -16,19 +16,22 @@ const BUCKETS: usize = 512;
 /// `turn = y / (|x| + |y|)` in the first quadrant, and so on round.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Nodes {
-    gaps: Vec<Gap>,
-    /// The first interval that a step of the cosine reaches into.
-    first: Vec<u16>,
+    pub(crate) gaps: Vec<Gap>,
+    /// The first interval that a step of the cosine, rounded to the nearest, reaches into; twice as many as there are, so that
+    /// a mask spares a check.
+    pub(crate) first: Vec<u16>,
     angles: usize,
     turns: Vec<f64>,
 }
 
 /// One interval of theta_i.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Gap {
+pub(crate) struct Gap {
     /// Tangents of its nodes; the second is infinite for a single angle.
-    tangents: [f64; 2],
-    per_gap: f64,
+    pub tangents: [f64; 2],
+    pub per_gap: f64,
+    /// Square of the tangent at which the next interval begins; infinite for the last.
+    pub end2: f64,
 }
 
 /// One place between the nodes.
@@ -59,17 +62,20 @@ impl Nodes {
     /// Nodes at rising angles \[rad\].
     pub fn new(theta_i: &[f64], phi_i: &[f64]) -> Nodes {
         let tangents: Vec<f64> = theta_i.iter().map(|t| t.tan()).collect();
-        let gap = |t: &[f64]| Gap { tangents: [t[0], t[1]], per_gap: 1.0 / (t[1] - t[0]) };
-        let gaps: Vec<Gap> = if tangents.len() > 1 {
+        let gap = |t: &[f64]| Gap { tangents: [t[0], t[1]], per_gap: 1.0 / (t[1] - t[0]), end2: t[1] * t[1] };
+        let mut gaps: Vec<Gap> = if tangents.len() > 1 {
             tangents.windows(2).map(gap).collect()
         } else {
-            tangents.iter().map(|&t| Gap { tangents: [t, f64::INFINITY], per_gap: 0.0 }).collect()
+            tangents.iter().map(|&t| Gap { tangents: [t, f64::INFINITY], per_gap: 0.0, end2: 0.0 }).collect()
         };
-        let first = (0..BUCKETS)
+        if let Some(last) = gaps.last_mut() {
+            last.end2 = f64::INFINITY;
+        }
+        let first = (0..2 * BUCKETS)
             .map(|k| {
                 // Tangent at the end of the step, rounded down.
-                let cos = (k + 1) as f64 / BUCKETS as f64;
-                let tangent = (1.0 - cos * cos).sqrt() / cos * (1.0 - 1e-9);
+                let cos = (k as f64 / BUCKETS as f64).min(1.0);
+                let tangent = (1.0 - cos * cos).sqrt() / cos.max(1e-9) * (1.0 - 1e-9);
                 gaps.iter().skip(1).filter(|gap| gap.tangents[0] <= tangent).count() as u16
             })
             .collect();
@@ -85,13 +91,9 @@ impl Nodes {
     /// Interval of the cosine `z` and squared sine `r2`: neither root nor division, and the loop seldom turns.
     #[inline(always)]
     pub fn interval(&self, z: f64, r2: f64) -> usize {
-        let (step, _) = nearest(at_most(at_least(z * BUCKETS as f64 - 0.5, 0.0), (BUCKETS - 1) as f64));
-        let mut theta = usize::from(self.first[step]);
-        while theta + 1 < self.gaps.len() {
-            let bound = self.gaps[theta].tangents[1] * z;
-            if r2 < bound * bound {
-                break;
-            }
+        let (step, _) = nearest(z * BUCKETS as f64 + 0.5);
+        let mut theta = usize::from(self.first[step & (2 * BUCKETS - 1)]);
+        while r2 >= self.gaps[theta].end2 * (z * z) {
             theta += 1;
         }
         theta
@@ -118,9 +120,9 @@ impl Nodes {
         ((second & 1) as usize, at_most(at_least(left, 0.0), 1.0 - f64::EPSILON))
     }
 
-    /// Finds `wi`, which must lie above the horizon.
+    /// Finds `wi`, which must lie above the horizon, in theta_i alone.
     #[inline(always)]
-    pub fn place(&self, wi: DVec3) -> Place {
+    pub fn polar(&self, wi: DVec3) -> Place {
         // Too little to matter, but for light from above.
         let x = wi.x + 1e-150;
         let r2 = x * x + wi.y * wi.y;
@@ -131,8 +133,14 @@ impl Nodes {
         let per_sine = inverse * wi.z;
         let azimuth = [x * per_sine, wi.y * per_sine];
         let u = self.share(theta, tangent);
+        Place { theta, u, phi: [0, 0], v: 0.0, turn: 0.0, tangent, sine, azimuth }
+    }
+
+    /// Finds `wi`, which must lie above the horizon.
+    #[inline(always)]
+    pub fn place(&self, wi: DVec3) -> Place {
+        let mut place = self.polar(wi);
         let n = self.turns.len();
-        let mut place = Place { theta, u, phi: [0, 0], v: 0.0, turn: 0.0, tangent, sine, azimuth };
         if n > 1 {
             let turn = turn(wi.x, wi.y);
             let above = self.turns.iter().map(|&t| usize::from(t <= turn)).sum::<usize>();

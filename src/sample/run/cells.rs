@@ -1,5 +1,6 @@
 //! Nodes, cells and slopes of a run of draws.
 
+use super::super::draw::by_the_cosine;
 use super::super::grid::piece as piece_f64;
 use super::super::hats::LEAST_SQUARE;
 use super::super::slots::{Range, STEPS, Slot, place};
@@ -9,6 +10,7 @@ use super::{Lanes, RUN};
 use crate::scatter::axis::{at_least, at_most};
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
+use glam::Vec4;
 
 /// Slopes drawn by a run.
 pub(super) struct Places {
@@ -17,10 +19,9 @@ pub(super) struct Places {
     /// The cell at or below, and the shares of the next column and row.
     pub from: Lanes<u32>,
     pub shares: [Lanes<f32>; 2],
-    /// Of a table with a core or a floor: 1 where one of them is drawn instead; probability of the floor and its `f_r`.
-    pub other: Lanes<u32>,
-    pub floor: Lanes<f32>,
-    pub diffuse: Lanes<f32>,
+    /// Of a table with a core or a floor: 1 where the core is drawn instead, and what the nodes say of both.
+    pub core: Lanes<u32>,
+    pub blend: Lanes<Vec4>,
 }
 
 impl Default for Places {
@@ -28,7 +29,7 @@ impl Default for Places {
     fn default() -> Self {
         let narrow = [0.0; RUN];
         let both = [narrow; 2];
-        Places { x: both, from: [0; RUN], shares: both, other: [0; RUN], floor: narrow, diffuse: narrow }
+        Places { x: both, from: [0; RUN], shares: both, core: [0; RUN], blend: [Vec4::ZERO; RUN] }
     }
 }
 
@@ -39,59 +40,89 @@ struct Drawn {
     /// What is left of both numbers.
     across: Lanes<f32>,
     along: Lanes<f32>,
+    /// Where the floor is drawn instead, what is left of the second number; below 0 elsewhere.
+    floor: Lanes<f64>,
 }
 
 impl Places {
     /// Draws for the numbers `u`.
     #[simd]
     pub fn draw<S: Simd>(&mut self, simd: S, brdf: &TableBrdf, sources: &SourceLanes, u: &Lanes<[f64; 2]>) {
-        let mut drawn = Drawn { cells: [0; RUN], across: [0.0; RUN], along: [0.0; RUN] };
+        let narrow = [0.0; RUN];
+        let mut drawn = Drawn { cells: [0; RUN], across: narrow, along: narrow, floor: [-1.0; RUN] };
         self.cells(simd, brdf, sources, u, &mut drawn);
         self.under_tents(simd, brdf, 0, &drawn.cells, &drawn.across);
         self.under_tents(simd, brdf, 1, &drawn.cells, &drawn.along);
+        if !brdf.glossy {
+            for j in 0..RUN {
+                if drawn.floor[j] >= 0.0 {
+                    self.on_the_floor(brdf, sources, j, [u[j][0], drawn.floor[j]]);
+                }
+            }
+        }
+    }
+
+    /// A draw by the cosine, as the slope that mirrors it: from there on it is a draw like the others.
+    #[inline(never)]
+    fn on_the_floor(&mut self, brdf: &TableBrdf, s: &SourceLanes, j: usize, u: [f64; 2]) {
+        let wo = by_the_cosine(u);
+        let per_z = -1.0 / (s.z[j] + wo.z);
+        let slope = [per_z * (s.x[j] + wo.x), per_z * (s.y[j] + wo.y)];
+        // The place as it is kept is the one that is looked up.
+        let x = brdf.slabs.grid.place(slope).map(|x| x as f32);
+        let (from, shares) = brdf.slabs.grid.around(x.map(f64::from));
+        self.from[j] = from as u32;
+        for axis in 0..2 {
+            (self.x[axis][j], self.shares[axis][j]) = (x[axis], shares[axis]);
+        }
     }
 
     /// Node and cell of every draw.
     #[simd]
     fn cells<S: Simd>(
         &mut self,
-        _: S,
+        simd: S,
         brdf: &TableBrdf,
         sources: &SourceLanes,
         u: &Lanes<[f64; 2]>,
         drawn: &mut Drawn,
     ) {
-        let (mut chosen, mut second_node) = ([0.0f64; RUN], [0.0f32; RUN]);
+        let mut left = [0.0f64; RUN];
         let mut node = [0u32; RUN];
         for j in 0..RUN {
-            let [first, second] = u[j];
-            let share = f64::from(sources.upper[j]);
-            let from = 1.0 - share;
-            let take = second >= from;
-            let (before, width) = if take { (from, share) } else { (0.0, from) };
-            drawn.along[j] = (second - before) as f32 / width as f32;
-            node[j] = sources.theta[j] + u32::from(take);
-            chosen[j] = first;
-            second_node[j] = if take { 1.0 } else { 0.0 };
+            let (take, rest) = choose(sources.second[j], u[j][1]);
+            node[j] = sources.theta[j] + take;
+            left[j] = rest;
+        }
+        let phis = brdf.table.phi_i().len();
+        if phis > 1 {
+            for j in 0..RUN {
+                let (take, rest) = choose(sources.second_azimuth[j], left[j]);
+                let phi = if take == 0 { sources.phi[0][j] } else { sources.phi[1][j] };
+                node[j] = node[j] * phis as u32 + phi;
+                left[j] = rest;
+            }
         }
         if !brdf.glossy {
             let last = brdf.facts.len() - 1;
-            let mut facts = [[[0.0f32; 4]; 2]; RUN];
+            sources.blend(simd, brdf, &mut self.blend);
+            let mut facts = [[0.0f32; 2]; RUN];
             for j in 0..RUN {
-                let theta = sources.theta[j] as usize;
-                facts[j] = [brdf.facts[theta], brdf.facts[(theta + 1).min(last)]];
+                let here = brdf.facts[(node[j] as usize).min(last)];
+                facts[j] = [here.x, here.y];
             }
             for j in 0..RUN {
-                let [a, b] = facts[j];
-                let mix = |k: usize, t: f32| a[k] + t * (b[k] - a[k]);
-                let others = mix(0, second_node[j]) + mix(1, second_node[j]);
-                let left = drawn.along[j] - others;
-                self.other[j] = u32::from(left < 0.0);
-                let left = left / (1.0 - others);
-                drawn.along[j] = if left > 0.0 { left } else { 0.0 };
-                self.floor[j] = mix(1, sources.upper[j]);
-                self.diffuse[j] = mix(2, sources.upper[j]);
+                let [core, floor] = facts[j].map(f64::from);
+                let beyond = left[j] - core;
+                self.core[j] = u32::from(beyond < 0.0);
+                let on_floor = beyond >= 0.0 && beyond < floor;
+                drawn.floor[j] = if on_floor { beyond / floor } else { -1.0 };
+                let rest = (beyond - floor) / (1.0 - core - floor);
+                left[j] = if rest > 0.0 { rest } else { 0.0 };
             }
+        }
+        for j in 0..RUN {
+            drawn.along[j] = left[j] as f32;
         }
         let last = brdf.slots.nodes.len() - 1;
         let mut range = [Range::default(); RUN];
@@ -102,7 +133,7 @@ impl Places {
         for j in 0..RUN {
             let count = f64::from(range[j].count as i32);
             // The whole part, and the rest in steps of 2^-32: whatever of the number is finer is lost on a cell.
-            let (column, beyond) = piece_f64(place(chosen[j], count) + 0.5);
+            let (column, beyond) = piece_f64(place(u[j][0], count) + 0.5);
             slot[j] = range[j].first + (column as u32 - 1);
             rest[j] = piece_f64(at_most(at_least((beyond + 0.5) * STEPS, 0.0), STEPS - 1.0)).0 as u32;
         }
@@ -155,4 +186,13 @@ impl Places {
             self.shares[axis][j] = (one[j] - height).abs();
         }
     }
+}
+
+/// 1 with probability `share`, and what is left of `u`.
+#[inline(always)]
+fn choose(share: f64, u: f64) -> (u32, f64) {
+    let from = 1.0 - share;
+    let take = u >= from;
+    let (before, width) = if take { (from, share) } else { (0.0, from) };
+    (u32::from(take), (u - before) / width)
 }

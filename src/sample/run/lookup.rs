@@ -9,7 +9,7 @@ use super::{Lanes, RUN, piece};
 use crate::scatter::axis::{at_least, at_most};
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
 /// Pairs of a run; those below the horizon are taken as above it.
@@ -60,11 +60,10 @@ impl Lookups {
             self.per_z[j] = per_z;
             self.cos2_beta[j] = at_most(0.25 * length2, 1.0);
             self.steepness[j] = length2 * per_z * per_z;
-            // In the frame of the source, which is that of the cells.
+            // In the frame of the cells.
             let p = -per_z * (s.cos[j] * sum[0] + s.sin[j] * sum[1]);
             let q = -per_z * (s.cos[j] * sum[1] - s.sin[j] * sum[0]);
-            places[0][j] = grid.to_x[0][0] * p + grid.to_x[0][1] * q + grid.to_x[0][2];
-            places[1][j] = grid.to_x[1][0] * p + grid.to_x[1][1] * q + grid.to_x[1][2];
+            [places[0][j], places[1][j]] = grid.place([p, q]);
         }
         for axis in 0..2 {
             let stride = if axis == 0 { 1 } else { grid.row as u32 };
@@ -99,17 +98,11 @@ impl Lookups {
             self.pdf[j] = f64::from(found[j][1]) * 0.5 * steepness * self.per_z[j];
         }
         if !brdf.glossy {
-            let last = brdf.facts.len() - 1;
-            let mut facts = [[[0.0f32; 4]; 2]; RUN];
+            let mut blend = [Vec4::ZERO; RUN];
+            s.blend(simd, brdf, &mut blend);
             for j in 0..RUN {
-                let theta = s.theta[j] as usize;
-                facts[j] = [brdf.facts[theta], brdf.facts[(theta + 1).min(last)]];
-            }
-            for j in 0..RUN {
-                let [a, b] = facts[j];
-                let mix = |k: usize| f64::from(a[k] + s.upper[j] * (b[k] - a[k]));
-                self.pdf[j] += mix(1) * self.z[j] * (1.0 / PI);
-                self.value[j] += mix(2);
+                self.pdf[j] += f64::from(blend[j].y) * self.z[j] * (1.0 / PI);
+                self.value[j] += f64::from(blend[j].z);
             }
         }
     }

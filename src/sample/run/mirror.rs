@@ -21,13 +21,15 @@ pub(super) struct Draws {
     pub weight: Lanes<f64>,
     /// `cos_beta / cos_theta_h`: above 0 if the facet faces the source.
     pub lean: Lanes<f64>,
+    /// Of the facet, or of the core where that is drawn.
+    pub reflectance: Lanes<f64>,
 }
 
 impl Default for Draws {
     #[inline(always)]
     fn default() -> Self {
         let zero = [0.0; RUN];
-        Draws { x: zero, y: zero, z: zero, pdf: zero, weight: zero, lean: zero }
+        Draws { x: zero, y: zero, z: zero, pdf: zero, weight: zero, lean: zero, reflectance: [1.0; RUN] }
     }
 }
 
@@ -44,21 +46,20 @@ impl Draws {
     ) {
         let (d, table) = (self, &brdf.table);
         let zero = [0.0f64; RUN];
-        let (mut cos2_beta, mut density, mut draws) = (zero, zero, zero);
+        let (mut cos2_beta, mut density, mut draws, mut per_draw) = (zero, zero, zero, zero);
         let (mut cosine, mut above) = ([0u32; RUN], [0.0f32; RUN]);
         for j in 0..RUN {
             let (p, q) = table.cells.slope_of([f64::from(places.x[0][j]), f64::from(places.x[1][j])]);
-            // In the frame of the source, which is that of the cells.
-            let lean = s.z[j] - p * s.sine[j];
+            let lean = s.z[j] - p * s.x[j] - q * s.y[j];
             let steepness = 1.0 + p * p + q * q;
             let inverse = 1.0 / (steepness * lean);
             let scale = 2.0 * lean * lean * inverse;
-            let v = [-p * scale - s.sine[j], -q * scale];
+            let v = [-p * scale - s.x[j], -q * scale - s.y[j]];
             d.x[j] = s.cos[j] * v[0] - s.sin[j] * v[1];
             d.y[j] = s.cos[j] * v[1] + s.sin[j] * v[0];
             d.z[j] = scale - s.z[j];
             (density[j], draws[j]) = (f64::from(found[j][0]), f64::from(found[j][1]));
-            d.pdf[j] = draws[j] * 0.25 * steepness * steepness * steepness * inverse;
+            per_draw[j] = 0.25 * steepness * steepness * steepness * inverse;
             d.lean[j] = lean;
             cos2_beta[j] = at_most(at_least(0.5 * lean * scale, 0.0), 1.0);
             (cosine[j], above[j]) = piece(at_least(d.z[j], 0.0) as f32 * COSINES as f32 + 0.5);
@@ -67,22 +68,31 @@ impl Draws {
         for j in 0..RUN {
             masked[j] = brdf.source_tables.masking[cosine[j] as usize & (2 * COSINES - 1)];
         }
-        let mut reflectance = [1.0f64; RUN];
-        reflectances(simd, &table.material, &cos2_beta, &mut reflectance);
+        if !brdf.glossy {
+            for j in 0..RUN {
+                cos2_beta[j] = if places.core[j] > 0 { s.z[j] * s.z[j] } else { cos2_beta[j] };
+            }
+        }
+        reflectances(simd, &table.material, &cos2_beta, &mut d.reflectance);
+        let mut below = zero;
         for j in 0..RUN {
             let z = d.z[j];
             let hidden = f64::from(masked[j][0] + above[j] * masked[j][1]);
             let cosines = (s.z[j] + f64::from(s.masked[j])) * z + s.z[j] * hidden;
-            let bright = f64::from(s.balance[j]) * reflectance[j] * density[j] * d.lean[j] * z;
-            d.weight[j] = bright / (cosines * draws[j]);
+            density[j] *= f64::from(s.balance[j]) * d.reflectance[j] * d.lean[j] * z;
+            below[j] = cosines;
         }
-        if !brdf.glossy {
+        if brdf.glossy {
             for j in 0..RUN {
-                // The floor sends light here as well, and draws.
-                let pdf = d.pdf[j] + f64::from(places.floor[j]) * d.z[j] * (1.0 / PI);
-                let reflected = d.weight[j] * d.pdf[j] + f64::from(places.diffuse[j]) * d.z[j];
-                d.weight[j] = reflected / pdf;
-                d.pdf[j] = pdf;
+                d.weight[j] = density[j] / (below[j] * draws[j]);
+                d.pdf[j] = draws[j] * per_draw[j];
+            }
+        } else {
+            for j in 0..RUN {
+                // The floor sends light here as well, and draws; where it does so alone the rest is 0.
+                let [_, floor, diffuse, _] = places.blend[j].to_array().map(f64::from);
+                d.pdf[j] = draws[j] * per_draw[j] + floor * d.z[j] * (1.0 / PI);
+                d.weight[j] = (density[j] / below[j] * per_draw[j] + diffuse * d.z[j]) / d.pdf[j];
             }
         }
     }

@@ -3,6 +3,7 @@
 //! A single draw waits for itself: root, division, lookup, root, lookup, division. So does a lookup. In runs of 64 every step is a
 //! loop of its own: arithmetic in lanes, and lookups one after the other without waiting, each one load of a whole record.
 
+mod azimuths;
 mod cells;
 mod lookup;
 mod mirror;
@@ -58,15 +59,11 @@ fn run<S: Simd>(
     out: &mut Lanes<Option<BrdfSample>>,
 ) {
     let mut sources = SourceLanes::default();
-    sources.find(simd, &brdf.sources, &brdf.source_tables, wi);
+    sources.find(simd, brdf, wi);
     let mut places = Places::default();
     places.draw(simd, brdf, &sources, u);
     let mut found = [[0.0f32; 2]; RUN];
-    for j in 0..RUN {
-        let at = [places.shares[0][j], places.shares[1][j]];
-        let here = brdf.slabs.of_interval(sources.theta[j] as usize, sources.upper[j], places.from[j] as usize, at);
-        found[j] = [here.density, here.draws];
-    }
+    read(simd, brdf, &sources, &places.from, &places.shares, &mut found);
     let mut draws = Draws::default();
     draws.reflect(simd, brdf, &sources, &places, &found);
     for j in 0..RUN {
@@ -75,11 +72,41 @@ fn run<S: Simd>(
         out[j] = lands.then_some(BrdfSample { wo, weight: draws.weight[j], pdf: draws.pdf[j], specular: false });
     }
     if !brdf.glossy {
-        // Core and floor have their own ways.
         for j in 0..RUN {
-            if places.other[j] > 0 {
-                out[j] = brdf.sample(wi[j], u[j]);
+            if places.core[j] > 0 {
+                let (mirrored, blend) = (DVec3::new(-wi[j].x, -wi[j].y, wi[j].z), places.blend[j]);
+                let weight = f64::from(blend.w) * draws.reflectance[j] / f64::from(blend.x);
+                let draw = BrdfSample { wo: mirrored, weight, pdf: f64::INFINITY, specular: true };
+                out[j] = (wi[j].z > HORIZON).then_some(draw);
             }
+        }
+    }
+}
+
+/// Density and density of draws between the cells and nodes.
+#[simd]
+fn read<S: Simd>(
+    _: S,
+    brdf: &TableBrdf,
+    sources: &SourceLanes,
+    from: &Lanes<u32>,
+    shares: &[Lanes<f32>; 2],
+    found: &mut Lanes<[f32; 2]>,
+) {
+    let slabs = &brdf.slabs;
+    if brdf.table.phi_i().len() == 1 {
+        for j in 0..RUN {
+            let at = [shares[0][j], shares[1][j]];
+            let here = slabs.of_interval(sources.theta[j] as usize, sources.upper[j], from[j] as usize, at);
+            found[j] = [here.density, here.draws];
+        }
+    } else {
+        for j in 0..RUN {
+            let at = [shares[0][j], shares[1][j]];
+            let phi = [sources.phi[0][j] as usize, sources.phi[1][j] as usize];
+            let between = [sources.upper[j], sources.turned[j]];
+            let here = slabs.of_azimuths(sources.theta[j] as usize, phi, between, from[j] as usize, at);
+            found[j] = [here.density, here.draws];
         }
     }
 }
@@ -88,13 +115,13 @@ fn run<S: Simd>(
 pub(super) fn eval_and_pdf(brdf: &TableBrdf, wi: &[DVec3], wo: &[DVec3], out: &mut [(f64, f64)]) {
     assert!(wi.len() == wo.len() && wo.len() == out.len(), "as many places and directions out as directions in");
     let level = Level::new();
-    let together = if brdf.table.is_isotropic() { wi.len() / RUN * RUN } else { 0 };
+    let together = wi.len() / RUN * RUN;
     let runs = wi[..together].as_chunks().0.iter().zip(wo[..together].as_chunks().0);
     for ((wi, wo), out) in runs.zip(out[..together].as_chunks_mut().0) {
         dispatch!(level, simd => look_up(simd, brdf, wi, wo, out));
     }
     let (wi, wo, out) = (&wi[together..], &wo[together..], &mut out[together..]);
-    if brdf.table.is_isotropic() && wi.len() >= WORTH {
+    if wi.len() >= WORTH {
         let (mut sources, mut exits, mut found) = ([DVec3::Z; RUN], [DVec3::Z; RUN], [(0.0, 0.0); RUN]);
         sources[..wi.len()].copy_from_slice(wi);
         exits[..wo.len()].copy_from_slice(wo);
@@ -110,15 +137,11 @@ pub(super) fn eval_and_pdf(brdf: &TableBrdf, wi: &[DVec3], wo: &[DVec3], out: &m
 #[simd]
 fn look_up<S: Simd>(simd: S, brdf: &TableBrdf, wi: &Lanes<DVec3>, wo: &Lanes<DVec3>, out: &mut Lanes<(f64, f64)>) {
     let mut sources = SourceLanes::default();
-    sources.find(simd, &brdf.sources, &brdf.source_tables, wi);
+    sources.find(simd, brdf, wi);
     let mut lookups = Lookups::default();
     lookups.find(simd, brdf, &sources, wi, wo);
     let mut found = [[0.0f32; 2]; RUN];
-    for j in 0..RUN {
-        let at = [lookups.shares[0][j], lookups.shares[1][j]];
-        let here = brdf.slabs.of_interval(sources.theta[j] as usize, sources.upper[j], lookups.from[j] as usize, at);
-        found[j] = [here.density, here.draws];
-    }
+    read(simd, brdf, &sources, &lookups.from, &lookups.shares, &mut found);
     lookups.value(simd, brdf, &sources, &found);
     for j in 0..RUN {
         let lit = wi[j].z > HORIZON && wo[j].z > HORIZON;

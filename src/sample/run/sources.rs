@@ -1,33 +1,36 @@
 //! What a run knows of its incident directions.
 
 use super::super::grid::piece as piece_f64;
-use super::super::sources::{BUCKETS, COSINES, Sources};
-use super::super::table_brdf::HORIZON;
+use super::super::sources::{COSINES, Sources};
+use super::super::table_brdf::{HORIZON, TableBrdf};
+use super::azimuths::Azimuths;
 use super::{Lanes, RUN, piece};
-use crate::scatter::axis::at_least;
-use crate::table::BALANCE_STEPS;
+use crate::scatter::axis::{at_least, at_most};
+use crate::table::{BALANCE_STEPS, BUCKETS, Nodes, Table};
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 
-/// [`Sources`] in f32, for lanes.
+/// [`Sources`] for lanes, most of it in f32.
 #[derive(Debug, Clone)]
 pub(in super::super) struct SourceTables {
     /// Tangent of the second node of every interval, infinite for the last; of its first node, and one over the gap.
-    ends: Vec<f32>,
-    gaps: Vec<[f32; 2]>,
+    ends: Vec<f64>,
+    gaps: Vec<[f64; 2]>,
     pub(super) masking: Box<[[f32; 2]; 2 * COSINES]>,
     balance: Vec<[f32; 2]>,
+    azimuths: Azimuths,
 }
 
 impl SourceTables {
-    pub fn new(sources: &Sources) -> SourceTables {
+    pub fn new(table: &Table, sources: &Sources) -> SourceTables {
         let narrow = |x: &[f64; 2]| x.map(|x| x as f32);
         SourceTables {
-            ends: sources.gaps.iter().map(|gap| gap.end2.sqrt() as f32).collect(),
-            gaps: sources.gaps.iter().map(|gap| [gap.from as f32, gap.per_gap as f32]).collect(),
+            ends: table.finder.gaps.iter().map(|gap| gap.end2.sqrt()).collect(),
+            gaps: table.finder.gaps.iter().map(|gap| [gap.tangents[0], gap.per_gap]).collect(),
             masking: Box::new(std::array::from_fn(|k| narrow(&sources.masking[k]))),
             balance: sources.balance.iter().map(narrow).collect(),
+            azimuths: Azimuths::new(table),
         }
     }
 }
@@ -35,15 +38,23 @@ impl SourceTables {
 /// The incident directions of a run.
 pub(super) struct SourceLanes {
     pub z: Lanes<f64>,
-    pub sine: Lanes<f64>,
-    /// Of phi_i.
+    /// The horizontal part in the frame of the cells.
+    pub x: Lanes<f64>,
+    pub y: Lanes<f64>,
+    /// Cosine and sine of the turn into that frame: of phi_i if isotropic.
     pub cos: Lanes<f64>,
     pub sin: Lanes<f64>,
-    /// Interval of theta_i and the share of its second node.
+    /// Interval of theta_i and the share of its second node, to choose by and to interpolate with.
     pub theta: Lanes<u32>,
+    pub second: Lanes<f64>,
     pub upper: Lanes<f32>,
+    /// The two azimuths around phi_i and the share of the second, likewise; 0 of an isotropic table.
+    pub phi: [Lanes<u32>; 2],
+    pub second_azimuth: Lanes<f64>,
+    pub turned: Lanes<f32>,
     pub balance: Lanes<f32>,
     pub masked: Lanes<f32>,
+    tangent: Lanes<f64>,
 }
 
 impl Default for SourceLanes {
@@ -52,13 +63,19 @@ impl Default for SourceLanes {
         let (wide, narrow) = ([0.0; RUN], [0.0; RUN]);
         SourceLanes {
             z: wide,
-            sine: wide,
+            x: wide,
+            y: wide,
             cos: wide,
             sin: wide,
             theta: [0; RUN],
+            second: wide,
             upper: narrow,
+            phi: [[0; RUN]; 2],
+            second_azimuth: wide,
+            turned: narrow,
             balance: narrow,
             masked: narrow,
+            tangent: wide,
         }
     }
 }
@@ -66,56 +83,157 @@ impl Default for SourceLanes {
 impl SourceLanes {
     /// Finds `wi`; those below the horizon are taken as on it.
     #[simd]
-    pub fn find<S: Simd>(&mut self, _: S, sources: &Sources, tables: &SourceTables, wi: &Lanes<DVec3>) {
+    pub fn find<S: Simd>(&mut self, simd: S, brdf: &TableBrdf, wi: &Lanes<DVec3>) {
+        let (sources, tables) = (&brdf.sources, &brdf.source_tables);
+        self.polar(simd, &brdf.table.finder, tables, wi);
+        if brdf.table.is_isotropic() {
+            self.balance(simd, sources, tables);
+        } else {
+            self.around(simd, &tables.azimuths, wi);
+            self.balance_around(simd, sources, &tables.azimuths, wi);
+        }
+    }
+
+    /// Intervals of theta_i and what is hidden, in the frame of the source.
+    #[simd]
+    fn polar<S: Simd>(&mut self, _: S, nodes: &Nodes, tables: &SourceTables, wi: &Lanes<DVec3>) {
         let s = self;
         let narrow = [0.0f32; RUN];
-        let (mut tangent, mut bucket) = (narrow, [0u32; RUN]);
+        let mut bucket = [0u32; RUN];
         for j in 0..RUN {
             // Too little to matter, but for light from above.
             let (x, y, z) = (wi[j].x + 1e-150, wi[j].y, at_least(wi[j].z, HORIZON));
             let r2 = x * x + y * y;
             s.z[j] = z;
-            s.sine[j] = r2.sqrt();
-            let inverse = 1.0 / (s.sine[j] * z);
+            s.x[j] = r2.sqrt();
+            let inverse = 1.0 / (s.x[j] * z);
             s.cos[j] = x * (inverse * z);
             s.sin[j] = y * (inverse * z);
-            tangent[j] = (r2 * inverse) as f32;
+            s.tangent[j] = r2 * inverse;
             bucket[j] = piece_f64(z * BUCKETS as f64 + 0.5).0 as u32;
         }
-        let mut gap = [[0.0f32; 2]; RUN];
+        let mut gap = [[0.0f64; 2]; RUN];
         for j in 0..RUN {
-            let mut theta = usize::from(sources.first[bucket[j] as usize & (2 * BUCKETS - 1)]);
-            while tangent[j] >= tables.ends[theta] {
+            let mut theta = usize::from(nodes.first[bucket[j] as usize & (2 * BUCKETS - 1)]);
+            while s.tangent[j] >= tables.ends[theta] {
                 theta += 1;
             }
             s.theta[j] = theta as u32;
             gap[j] = tables.gaps[theta];
         }
-        let (mut step, mut along) = ([0u32; RUN], narrow);
         let (mut cosine, mut above) = ([0u32; RUN], narrow);
         for j in 0..RUN {
-            let u = (tangent[j] - gap[j][0]) * gap[j][1];
-            let u = if u > 0.0 { u } else { 0.0 };
-            s.upper[j] = if u < 1.0 { u } else { 1.0 };
-            let within = piece(BALANCE_STEPS as f32 * s.upper[j] + 0.5);
-            step[j] = BALANCE_STEPS as u32 * s.theta[j] + within.0;
-            along[j] = within.1;
+            let u = (s.tangent[j] - gap[j][0]) * gap[j][1];
+            s.second[j] = at_most(at_least(u, 0.0), 1.0);
+            s.upper[j] = s.second[j] as f32;
             let z = s.z[j] as f32;
             (cosine[j], above[j]) = piece(z * COSINES as f32 + 0.5);
         }
-        let (mut balance, mut masked) = ([[0.0f32; 2]; RUN], [[0.0f32; 2]; RUN]);
+        let mut masked = [[0.0f32; 2]; RUN];
+        for j in 0..RUN {
+            masked[j] = tables.masking[cosine[j] as usize & (2 * COSINES - 1)];
+        }
+        for j in 0..RUN {
+            s.masked[j] = masked[j][0] + above[j] * masked[j][1];
+        }
+    }
+
+    /// `b` of an isotropic table.
+    #[simd]
+    fn balance<S: Simd>(&mut self, _: S, sources: &Sources, tables: &SourceTables) {
+        let s = self;
+        let (mut step, mut along) = ([0u32; RUN], [0.0f32; RUN]);
+        for j in 0..RUN {
+            let within = piece(BALANCE_STEPS as f32 * s.upper[j] + 0.5);
+            step[j] = BALANCE_STEPS as u32 * s.theta[j] + within.0;
+            along[j] = within.1;
+        }
+        let mut balance = [[0.0f32; 2]; RUN];
         for j in 0..RUN {
             // Beyond the last node it ends at zero: few draws, and none for f32.
-            balance[j] = if f64::from(tangent[j]) > sources.last.tangent {
+            balance[j] = if s.tangent[j] > sources.last.tangent {
                 [sources.balance_beyond(s.z[j]) as f32, 0.0]
             } else {
                 tables.balance[step[j] as usize]
             };
-            masked[j] = tables.masking[cosine[j] as usize & (2 * COSINES - 1)];
         }
         for j in 0..RUN {
             s.balance[j] = balance[j][0] + along[j] * balance[j][1];
-            s.masked[j] = masked[j][0] + above[j] * masked[j][1];
+        }
+    }
+
+    /// Into the frame of the map, and between which azimuths.
+    #[simd]
+    fn around<S: Simd>(&mut self, _: S, azimuths: &Azimuths, wi: &Lanes<DVec3>) {
+        let s = self;
+        for j in 0..RUN {
+            (s.x[j], s.y[j]) = (wi[j].x, wi[j].y);
+            (s.cos[j], s.sin[j]) = (1.0, 0.0);
+        }
+        if azimuths.turns.len() > 1 {
+            let (mut turn, mut passed) = ([0.0f64; RUN], [0.0f64; RUN]);
+            for j in 0..RUN {
+                turn[j] = crate::table::turn(wi[j].x, wi[j].y);
+            }
+            for &node in &azimuths.turns {
+                for j in 0..RUN {
+                    passed[j] += if node <= turn[j] { 1.0 } else { 0.0 };
+                }
+            }
+            let last = azimuths.gaps.len() - 1;
+            for j in 0..RUN {
+                let gap = &azimuths.gaps[(passed[j] as usize).min(last)];
+                (s.phi[0][j], s.phi[1][j]) = (gap.nodes[0], gap.nodes[1]);
+                let beyond = turn[j] - gap.from;
+                s.second_azimuth[j] = (if beyond < 0.0 { beyond + 4.0 } else { beyond }) * gap.per_gap;
+                s.turned[j] = s.second_azimuth[j] as f32;
+            }
+        }
+    }
+
+    /// `b` of a table with a grain.
+    #[simd]
+    fn balance_around<S: Simd>(&mut self, _: S, sources: &Sources, azimuths: &Azimuths, wi: &Lanes<DVec3>) {
+        let s = self;
+        let last = &sources.last;
+        // In f64: towards the horizon it ends at zero.
+        let (mut row, mut along, mut around) = ([0u32; RUN], [0.0f64; RUN], [0.0f32; RUN]);
+        let per_turn = azimuths.steps as f64 / 4.0;
+        for j in 0..RUN {
+            let beyond = at_most(at_least(1.0 - s.z[j] * last.per_cosine, 0.0), 1.0);
+            let outside = last.before + beyond * last.behind;
+            let inside = (f64::from(s.theta[j] as i32) + s.second[j]) * BALANCE_STEPS as f64;
+            let x = if s.tangent[j] > last.tangent { outside } else { inside };
+            let end = last.before + last.behind;
+            let (step, x) = piece_f64(at_most(at_least(x, 1e-9), end - 1e-9) + 0.5);
+            let turn = crate::table::turn(wi[j].x, wi[j].y) * per_turn;
+            let (azimuth, y) = piece_f64(at_least(turn, 1e-9) + 0.5);
+            row[j] = (step as u32 - 1) * azimuths.steps as u32 + (azimuth as u32 - 1);
+            (along[j], around[j]) = (x + 0.5, y as f32 + 0.5);
+        }
+        for j in 0..RUN {
+            let at = row[j] as usize;
+            let (low, high) = (azimuths.balance[at], azimuths.balance[at + azimuths.steps]);
+            let [low, high] = [low, high].map(|[value, rise]| f64::from(value + around[j] * rise));
+            s.balance[j] = (low + along[j] * (high - low)) as f32;
+        }
+    }
+
+    /// What the nodes around every source say about core and floor, blended: the four numbers of [`TableBrdf::facts`].
+    #[simd]
+    pub fn blend<S: Simd>(&self, _: S, brdf: &TableBrdf, blended: &mut Lanes<Vec4>) {
+        let s = self;
+        let phis = brdf.table.phi_i().len();
+        let next = if brdf.table.theta_i().len() > 1 { phis } else { 0 };
+        let azimuths = if phis > 1 { 2 } else { 1 };
+        for around in 0..azimuths {
+            for j in 0..RUN {
+                let at = s.theta[j] as usize * phis + s.phi[around][j] as usize;
+                let (a, b) = (brdf.facts[at], brdf.facts[at + next]);
+                let here = a + s.upper[j] * (b - a);
+                let share = if around == 0 { 1.0 } else { s.turned[j] };
+                blended[j] += share * (here - blended[j]);
+            }
         }
     }
 }
