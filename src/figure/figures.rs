@@ -37,7 +37,7 @@ static PLANS: [Plan; 7] = [
         heading: "Four spheres of rising gloss: three ways to find the light",
         width: 1000,
         samples: 160,
-        max_reflections: 4,
+        max_reflections: 3,
         exposure: 0.8,
         finishes: spheres::finishes,
         scene: spheres::scene,

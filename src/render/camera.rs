@@ -61,11 +61,18 @@ impl Camera {
     /// The ray through the picture point `(x, y)` in `[0, 1]^2`, x to the right and y downwards.
     #[inline(always)]
     pub fn ray(&self, x: f64, y: f64) -> Ray {
+        let ray = self.line(x, y);
+        Ray { direction: ray.direction.normalize(), ..ray }
+    }
+
+    /// As [`Self::ray`], with a direction of any length.
+    #[inline(always)]
+    pub(super) fn line(&self, x: f64, y: f64) -> Ray {
         let shift = (2.0 * x - 1.0) * self.right + (1.0 - 2.0 * y) * self.up;
         if self.parallel {
             Ray { origin: self.eye + shift, direction: self.forward }
         } else {
-            Ray { origin: self.eye, direction: (self.forward + shift).normalize() }
+            Ray { origin: self.eye, direction: self.forward + shift }
         }
     }
 }

@@ -217,7 +217,7 @@ fn expose<S: Simd>(
             for index in from..to {
                 let mut stream = numbers[k].path(index);
                 let [dx, dy] = stream.pair();
-                let ray = camera.ray((column + dx) * step_x, (row + dy) * step_y);
+                let ray = camera.line((column + dx) * step_x, (row + dy) * step_y);
                 pixels.push(k);
                 let full = wave.push(&ray, stream);
                 if full || (k + 1 == count && index + 1 == to) {

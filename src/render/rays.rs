@@ -68,6 +68,18 @@ impl Rays {
         Ray { origin: at(&self.origin), direction: at(&self.direction) }
     }
 
+    /// Makes every direction a unit vector.
+    #[inline(always)]
+    pub(super) fn normalise<S: Simd>(&mut self, simd: S) {
+        let (one, least) = (f64x8::splat(simd, 1.0), f64x8::splat(simd, f64::MIN_POSITIVE));
+        for from in (0..self.len).step_by(LANES) {
+            let [x, y, z] = load(simd, &self.direction, from);
+            // The root first, then its inverse, as for a single vector. Lanes without a direction keep none.
+            let inverse = one / (x * x + y * y + z * z).max(least).sqrt();
+            store(&[x * inverse, y * inverse, z * inverse], &mut self.direction, from);
+        }
+    }
+
     #[inline(always)]
     pub(super) fn leaving(&self, j: usize) -> Option<Id> {
         self.leaving[j]

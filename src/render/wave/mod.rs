@@ -100,7 +100,7 @@ impl<'w> Wave<'w> {
         }
     }
 
-    /// Adds a path that starts with `ray` and draws from `stream`; `true` if that was the last there is room for.
+    /// Adds a path that starts along `ray`, a direction of any length, and draws from `stream`; `true` if that was the last there is room for.
     #[inline(always)]
     pub(super) fn push(&mut self, ray: &Ray, stream: PathStream<'w>) -> bool {
         let path = self.streams.len();
@@ -116,6 +116,7 @@ impl<'w> Wave<'w> {
         self.radiance.clear();
         self.radiance.resize(self.streams.len(), DVec3::ZERO);
         let last = if self.options.estimator == Estimator::Direct { 1 } else { self.options.max_reflections };
+        self.now.rays.normalise(simd);
         let mut reflection = 0;
         while self.now.rays.len() > 0 {
             self.longest = self.longest.max(reflection + 1);
