@@ -243,11 +243,13 @@ fn picture(a: &Arguments, path: &Path, json: bool) -> anyhow::Result<()> {
         }));
     }
     println!(
-        "{} x {} pixels, {} paths in {seconds:.1} s ({:.2} million/s), exposure {exposure}",
+        "{} x {} pixels, {} paths in {seconds:.1} s ({:.2} million/s), exposure {}",
         options.width,
         options.height,
         report.samples,
         report.samples as f64 / seconds.max(1e-9) / 1e6,
+        // Rounded to digits that a person would write.
+        exposure as f32,
     );
     println!("longest path {} of {} pieces", report.longest_path, options.max_reflections + 1);
     if let Some(error) = options.error {
