@@ -1,6 +1,6 @@
 //! Quads and spheres: which of them each ray of a bundle meets.
 
-use super::rays::{Bundle, LANES, Rays, Shadows, dot, dot_lanes};
+use super::rays::{Bundle, Hits, LANES, Rays, Shadows, dot, dot_lanes};
 use super::scene::Id;
 use super::shape::{Quad, Sphere};
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
@@ -14,6 +14,9 @@ pub(super) struct Solids {
     /// Those of them that shine.
     pub(super) lamps: Vec<Id>,
 }
+
+/// 2^52: between this and its double an f64 is a whole number, written in its last bits.
+const ONES: f64 = (1u64 << 52) as f64;
 
 /// Distances, and the lanes for which they hold.
 struct Met<S: Simd> {
@@ -31,23 +34,12 @@ impl Id {
             _ => -1.0,
         }
     }
-
-    /// The quad or sphere of a number.
-    #[inline(always)]
-    fn of_solid(number: f64) -> Option<Id> {
-        let number = number as i32;
-        match (number < 0, number & 1) {
-            (true, _) => None,
-            (_, 0) => Some(Id::Quad(number as u32 >> 1)),
-            _ => Some(Id::Sphere(number as u32 >> 1)),
-        }
-    }
 }
 
 impl Solids {
-    /// First solid but the one it leaves along each ray from number `from` on: distance and name.
+    /// First solid but the one it leaves along each ray from number `from` on: distance, and 1 more than [`Id::solid`].
     #[inline(always)]
-    pub(super) fn closest<S: Simd>(&self, simd: S, rays: &Rays, from: usize) -> [Option<(f64, Id)>; LANES] {
+    pub(super) fn closest<S: Simd>(&self, simd: S, rays: &Rays, from: usize, hits: &mut Hits) {
         let bundle = rays.bundle(simd, from);
         let wide = |x: f64| f64x8::splat(simd, x);
         let (mut t, mut found) = (wide(f64::INFINITY), wide(-1.0));
@@ -63,8 +55,12 @@ impl Solids {
                 (t, found) = (met.lanes.select(met.t, t), met.lanes.select(number, found));
             }
         }
-        let (t, found): ([f64; LANES], [f64; LANES]) = (t.into(), found.into());
-        std::array::from_fn(|lane| Id::of_solid(found[lane]).map(|id| (t[lane], id)))
+        t.store_slice(&mut hits.t[from..from + LANES]);
+        // The last digits of a number at which they count by ones: no conversion that would have to look for overflow.
+        let digits: [f64; LANES] = (found + (ONES + 1.0)).into();
+        for (surface, digits) in hits.surface[from..from + LANES].iter_mut().zip(digits) {
+            *surface = digits.to_bits() as u32;
+        }
     }
 
     /// A bit for each ray from number `from` on that may meet a lamp: a few too many, never too few.
@@ -251,11 +247,14 @@ mod tests {
         let mut hits = 0;
         for chunk in cases.chunks(LANES) {
             let mut rays = Rays::default();
-            chunk.iter().for_each(|(ray, leaving)| rays.push(ray, *leaving));
-            let found = dispatch!(Level::new(), simd => solids.closest(simd, &rays, 0));
-            for ((ray, leaving), found) in chunk.iter().zip(found) {
-                assert_eq!(found, one_by_one(&solids, ray, *leaving));
-                hits += usize::from(found.is_some());
+            chunk.iter().for_each(|(ray, leaving)| rays.push(ray, *leaving, Id::solid(*leaving)));
+            let mut found = Hits::default();
+            dispatch!(Level::new(), simd => solids.closest(simd, &rays, 0, &mut found));
+            for (j, (ray, leaving)) in chunk.iter().enumerate() {
+                let expected = one_by_one(&solids, ray, *leaving);
+                assert_eq!(found.t[j], expected.map_or(f64::INFINITY, |(t, _)| t));
+                assert_eq!(f64::from(found.surface[j]), 1.0 + Id::solid(expected.map(|(_, id)| id)));
+                hits += usize::from(expected.is_some());
             }
         }
         assert!(hits > 2000, "{hits}");
@@ -269,10 +268,10 @@ mod tests {
             let Some((t, id)) = one_by_one(&solids, ray, *leaving) else { continue };
             let start = leaving.unwrap_or(Id::Disc(0));
             let mut shadows = Shadows::default();
-            shadows.push(ray, start, 1.001 * t, None);
-            shadows.push(ray, start, 0.999 * t, None);
-            shadows.push(ray, start, f64::INFINITY, None);
-            shadows.push(ray, start, 1.001 * t, Some(id));
+            for (length, target) in [(1.001 * t, None), (0.999 * t, None), (f64::INFINITY, None), (1.001 * t, Some(id))]
+            {
+                shadows.push(ray, start, length, target, [Id::solid(*leaving), Id::solid(target)]);
+            }
             let bits = dispatch!(Level::new(), simd => solids.block(simd, &shadows, 0));
             // The solids behind the first within 1/1000 of the way are few: they block as well.
             let others = (0..9u32).flat_map(|i| [Id::Quad(i), Id::Sphere(i)]).filter(|o| *o != id);
