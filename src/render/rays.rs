@@ -163,21 +163,22 @@ impl Shadows {
 /// Three coordinates of every lane by one vector.
 #[inline(always)]
 pub(super) fn dot<S: Simd>(lanes: &Lanes3<S>, v: DVec3) -> f64x8<S> {
-    lanes[0] * v.x + lanes[1] * v.y + lanes[2] * v.z
+    let simd = lanes[0].simd;
+    dot_lanes(lanes, &[f64x8::splat(simd, v.x), f64x8::splat(simd, v.y), f64x8::splat(simd, v.z)])
 }
 
 /// Three coordinates in lanes.
 pub(super) type Lanes3<S> = [f64x8<S>; 3];
 
-/// The product of two vectors in lanes.
+/// The product of two vectors in lanes; sums of products are rounded once where the machine can.
 #[inline(always)]
 pub(super) fn dot_lanes<S: Simd>(a: &Lanes3<S>, b: &Lanes3<S>) -> f64x8<S> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
 #[inline(always)]
 pub(super) fn cross<S: Simd>(a: &Lanes3<S>, b: &Lanes3<S>) -> Lanes3<S> {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
 }
 
 /// Three columns from row `from` on.

@@ -115,12 +115,16 @@ impl<'a> Scene<'a> {
     /// Surrounds the scene, on top of the radiance of the sky.
     pub fn surround(&mut self, environment: Environment) {
         self.lights.surround(environment);
+        self.solids.screens.open();
     }
 
     fn place(&mut self, shape: Shape, finish: Finish) -> Id {
+        if let Shape::Quad(quad) = shape {
+            self.solids.quads.push(quad);
+        }
+        self.solids.screens.add(&self.solids.quads, &shape);
         match shape {
-            Shape::Quad(quad) => {
-                self.solids.quads.push(quad);
+            Shape::Quad(_) => {
                 self.quad_finishes.push(finish);
                 Id::Quad(self.solids.quads.len() as u32 - 1)
             }

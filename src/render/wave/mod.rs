@@ -170,11 +170,17 @@ impl<'w> Wave<'w> {
                 continue;
             }
             let Some(id) = scene.surface(number as u32) else {
-                run.for_each(|k| self.leave(simd, self.order.list[k] as usize));
+                for k in run {
+                    self.leave(simd, self.order.list[k] as usize);
+                }
                 continue;
             };
             match scene.finish(id) {
-                Finish::Emits(light) => run.for_each(|k| self.meet_lamp(simd, light, self.order.list[k] as usize)),
+                Finish::Emits(light) => {
+                    for k in run {
+                        self.meet_lamp(simd, light, self.order.list[k] as usize);
+                    }
+                }
                 Finish::Reflects(_) if go_on => {
                     self.spots.add(scene, id, run, &self.now.rays, &self.hits, &mut self.order.list);
                 }

@@ -97,9 +97,12 @@ impl<'a> Spots<'a> {
             Cover::Plain(coat) => self.lay(Patch { id, coat, paint: None, rays: run }),
             Cover::Painted(coat, paint) => self.lay(Patch { id, coat, paint: Some(paint), rays: run }),
             Cover::Checker(coats, size) => {
-                let inverse = 1.0 / size;
-                let odd = |ray: usize| odd_cell(scene.place_in(id, rays.get(ray).at(hits.t[ray])), inverse);
-                let middle = run.start + part(&mut order[run.clone()], odd);
+                let (inverse, mut odd) = (1.0 / size, [false; WAVE]);
+                for (odd, &ray) in odd.iter_mut().zip(&order[run.clone()]) {
+                    let point = rays.get(ray as usize).at(hits.t[ray as usize]);
+                    *odd = odd_cell(scene.place_in(id, point), inverse);
+                }
+                let middle = run.start + part(&mut order[run.clone()], &odd);
                 self.lay(Patch { id, coat: &coats[0], paint: None, rays: run.start..middle });
                 self.lay(Patch { id, coat: &coats[1], paint: None, rays: middle..run.end });
             }
@@ -254,7 +257,8 @@ impl<'a> Spots<'a> {
     pub fn to_world<S: Simd>(&self, simd: S, from: usize, w: &Lanes3<S>) -> Lanes3<S> {
         let (x, z) = (load(simd, &self.x, from), load(simd, &self.z, from));
         let y = cross(&z, &x);
-        [0, 1, 2].map(|k| w[0] * x[k] + w[1] * y[k] + w[2] * z[k])
+        let along = |k: usize| w[0].mul_add(x[k], w[1].mul_add(y[k], w[2] * z[k]));
+        [along(0), along(1), along(2)]
     }
 
     /// A bit for each direction in space that leaves the surface on the side that is seen: past an interpolated normal it may
@@ -272,18 +276,17 @@ fn lanes_of(count: usize) -> u64 {
     (1 << count.min(LANES)) - 1
 }
 
-/// Puts the numbers for which the question is answered with no before the others; how many those are. Without a branch: the
-/// answers are as good as random.
+/// Puts the numbers that are not marked before those that are; how many they are. Without a branch: marks are as good as
+/// random.
 #[inline(always)]
-fn part(numbers: &mut [u32], question: impl Fn(usize) -> bool) -> usize {
-    let (mut others, mut first, mut second) = ([0; WAVE], 0, 0);
+fn part(numbers: &mut [u32], marks: &[bool; WAVE]) -> usize {
+    let (mut marked, mut first, mut second) = ([0; WAVE], 0, 0);
     for k in 0..numbers.len() {
-        let number = numbers[k];
-        let yes = usize::from(question(number as usize));
-        (numbers[first], others[second]) = (number, number);
-        first += 1 - yes;
-        second += yes;
+        let (number, mark) = (numbers[k], usize::from(marks[k]));
+        (numbers[first], marked[second]) = (number, number);
+        first += 1 - mark;
+        second += mark;
     }
-    numbers[first..].copy_from_slice(&others[..second]);
+    numbers[first..].copy_from_slice(&marked[..second]);
     first
 }
