@@ -333,7 +333,7 @@ impl<'a> Scene<'a> {
 
     /// The point in metres from the corner of a quad along its sides, or as it is. Never exactly on a plane of the solid
     /// checker by being on the surface of a flat shape.
-    #[inline]
+    #[inline(always)]
     pub(super) fn place_in(&self, id: Id, point: DVec3) -> DVec3 {
         match id {
             Id::Quad(i) => {
