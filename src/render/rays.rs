@@ -5,9 +5,9 @@ use super::shape::Ray;
 use crate::math::frame::DVec3;
 use fearless_simd::{Simd, f64x8, prelude::*};
 
-/// Most rays under way together: enough to share every step, few enough for their columns to stay in the near caches. Half
-/// and twice as many are no faster.
-pub(super) const WAVE: usize = 128;
+/// Most rays under way together: enough to share every step and to bring several to each material, few enough for their
+/// columns to stay in the second cache.
+pub(super) const WAVE: usize = 256;
 /// Rays that one vector holds.
 pub(super) const LANES: usize = 8;
 

@@ -117,7 +117,7 @@ mod tests {
         assert!(screens.list().is_empty());
         put(&mut screens, Quad::new(middle, 0.1 * x, 0.1 * z).unwrap().into());
         assert_eq!(screens.list(), [4]);
-        put(&mut screens, Sphere::new(corner - 0.3 * x, 0.01).unwrap().into());
+        put(&mut screens, Sphere::new(corner - 0.3 * x + 0.5 * z, 0.01).unwrap().into());
         assert_eq!(screens.list(), [1, 4]);
         screens.open();
         assert_eq!(screens.list(), [0, 1, 2, 3, 4]);

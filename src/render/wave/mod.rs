@@ -76,7 +76,8 @@ pub(super) struct Wave<'w> {
 /// Rays with their paths.
 #[derive(Default)]
 struct Steps {
-    rays: Rays,
+    /// In a box, so that two lists can change places.
+    rays: Box<Rays>,
     walkers: Vec<Walker>,
 }
 
