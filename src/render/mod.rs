@@ -11,6 +11,7 @@
 
 pub mod camera;
 pub mod caption;
+mod cone;
 pub mod description;
 pub mod disc;
 pub mod environment;
