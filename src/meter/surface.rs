@@ -8,6 +8,9 @@ use crate::sample::TableBrdf;
 use crate::table::Table;
 use rayon::prelude::*;
 
+/// Numbers read on a surface, always the same ones in the same order.
+pub type Read<'a> = dyn Fn(&dyn Brdf, &Options) -> Result<Vec<f64>> + Sync + 'a;
+
 /// What the surface leaves open of numbers read on its table:
 /// `sqrt( s^2 / S + (x_beam - x)^2 + (x_steps - x)^2 )`, s the standard deviation over the S sub-areas of the map, `x_beam` the number
 /// for mirror beams weaker by their own standard error, `x_steps` for heights that come in steps taken as they are. The
@@ -18,12 +21,7 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// Those of `read`; `Error::Parameter` if a sub-area's density cannot be sampled.
-pub fn surface_scatter(
-    brdf: &TableBrdf,
-    values: &[f64],
-    options: &Options,
-    read: &(dyn Fn(&dyn Brdf, &Options) -> Result<Vec<f64>> + Sync),
-) -> Result<Vec<f64>> {
+pub fn surface_scatter(brdf: &TableBrdf, values: &[f64], options: &Options, read: &Read) -> Result<Vec<f64>> {
     let table = brdf.table();
     // Twice the integration points would not tell more about a surface whose sub-areas differ by percents.
     let quick = Options { azimuths: options.azimuths.clone(), ..Options::quick() };
