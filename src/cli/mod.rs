@@ -27,6 +27,7 @@ mod scatter_options;
 mod source;
 mod synth;
 mod tiles;
+mod written;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
@@ -41,8 +42,8 @@ struct Cli {
     #[arg(long, global = true)]
     json: bool,
     /// Threads to use [default: all cores]; the results do not depend on it
-    #[arg(long, global = true, value_name = "N")]
-    threads: Option<usize>,
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
 }
 
 #[derive(Subcommand)]
@@ -109,7 +110,7 @@ pub fn run() -> std::process::ExitCode {
     leave_when_nobody_reads();
     if let Some(threads) = cli.threads {
         // Only the first call can set the pool, and this is it.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
     }
     let done = match cli.verb {
         Verb::Predict(a) => predict::run(&a, cli.json),

@@ -31,6 +31,7 @@ mod reach;
 pub mod revolution;
 pub mod scene;
 pub mod shape;
+mod shares;
 pub mod sheet;
 mod solids;
 pub mod spectral;
