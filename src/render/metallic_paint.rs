@@ -236,8 +236,7 @@ mod tests {
         }
     }
 
-    /// The mirror beam is drawn by its share of the energy, so that neither it nor the flakes weigh more than both send out,
-    /// but for what the density of the flakes leaves between draws of one kind.
+    /// Neither the mirror beam, drawn by its energy, nor the flakes weigh much more than both send out.
     #[test]
     fn weights_are_bounded_and_densities_are_those_of_the_draws() {
         let tint = RED.xyz.map(|angle| angle.map(|v| v / 1.2));

@@ -43,21 +43,19 @@ impl Spectral {
         Ok(Self::sum(vec![parts.collect::<Result<_>>()?]))
     }
 
-    /// The sum of layers, each the sum of BRDFs with their shares in red, green and blue. Sampling draws from every part as
-    /// often as the energy asks that it sends out, its specular core included.
+    /// The sum of layers, each the sum of BRDFs with their shares in red, green and blue. Sampling draws from
+    /// every layer by the energy that it sends out, its specular core included.
     pub fn sum(layers: Vec<Vec<(Box<dyn Brdf>, DVec3)>>) -> Self {
         // Shares of one layer may cancel, as those of X, Y and Z do: they divide what the layer as a whole makes of white.
         let grey = |rgb: DVec3| rgb.abs().element_sum() / 3.0;
-        let mut whites = Vec::new();
-        for layer in &layers {
+        let weighed = layers.iter().map(|layer| {
             let white = grey(layer.iter().map(|part| part.1).sum());
             let total: f64 = layer.iter().map(|part| grey(part.1)).sum();
-            whites.extend(layer.iter().map(|part| white * grey(part.1) / total.max(f64::MIN_POSITIVE)));
-        }
-        let parts: Vec<_> = layers.into_iter().flatten().collect();
-        let weighed: Vec<_> = parts.iter().zip(whites).map(|(part, white)| (&*part.0, white)).collect();
-        let shares = Shares::new(&weighed);
-        Spectral { parts, shares }
+            let of_white = white / total.max(f64::MIN_POSITIVE);
+            layer.iter().map(|(brdf, rgb)| (&**brdf, of_white * grey(*rgb))).collect()
+        });
+        let shares = Shares::new(&weighed.collect::<Vec<_>>());
+        Spectral { parts: layers.into_iter().flatten().collect(), shares }
     }
 
     /// `f_r` per channel and the density of [`Self::sample`], the mean of those of the parts by their shares.

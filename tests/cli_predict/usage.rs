@@ -63,10 +63,10 @@ fn every_share_takes_a_sign_or_a_fraction() {
                  material = \"a\"\n";
     std::fs::write(&out, scene).unwrap();
     let png = dir.path().join("p.png");
-    for share in ["5%", "0.05"] {
+    for (share, more) in [("5%", "10%"), ("0.05", "0.1")] {
         let made = asperity(words(&[&"synth", &"-o", &map, &"--size", &"64", &"--acl", &"4um", &"--dropouts", &share]));
         assert_eq!(made.code, 0, "{}", made.stderr);
-        let given = ["--fill", share, "--pitch", "1um", "--unit", "m"];
+        let given = ["--fill", more, "--pitch", "1um", "--unit", "m"];
         let filled =
             asperity(words(&[&"inspect", &map, &given[0], &given[1], &given[2], &given[3], &given[4], &given[5]]));
         assert_eq!(filled.code, 0, "{}", filled.stderr);
