@@ -262,12 +262,12 @@ mod tests {
                 }
                 let n = f64::from(n);
                 assert!((specular / n - inverse).abs() < 5e-3, "{text} {theta}: {} {inverse}", specular / n);
-                // The density of the rest over the hemisphere, drawn evenly over the projected disc.
-                let (mut mass, m) = (0.0, 1 << 16);
+                // The density of the rest over the hemisphere, at directions even over it.
+                let (mut mass, m) = (0.0, 1 << 18);
                 for u in draws(m) {
-                    let (r, phi) = (u[0].sqrt(), std::f64::consts::TAU * u[1]);
-                    let wo = DVec3::new(r * phi.cos(), r * phi.sin(), (1.0 - u[0]).sqrt());
-                    mass += paint.eval_and_pdf(wi, wo).1 * std::f64::consts::PI / wo.z;
+                    let (s, c) = (std::f64::consts::TAU * u[1]).sin_cos();
+                    let r = (1.0 - u[0] * u[0]).sqrt();
+                    mass += paint.eval_and_pdf(wi, DVec3::new(r * c, r * s, u[0])).1 * std::f64::consts::TAU;
                 }
                 let mass = mass / f64::from(m);
                 assert!((mass - rest / n).abs() < 0.02, "{text} {theta}: {mass} {}", rest / n);
