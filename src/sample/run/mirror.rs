@@ -21,15 +21,13 @@ pub(super) struct Draws<const N: usize> {
     pub weight: Lanes<f64, N>,
     /// `cos_beta / cos_theta_h`: above 0 if the facet faces the source.
     pub lean: Lanes<f64, N>,
-    /// Of the facet, or of the core where that is drawn.
-    pub reflectance: Lanes<f64, N>,
 }
 
 impl<const N: usize> Default for Draws<N> {
     #[inline(always)]
     fn default() -> Self {
         let zero = [0.0; N];
-        Draws { x: zero, y: zero, z: zero, pdf: zero, weight: zero, lean: zero, reflectance: [1.0; N] }
+        Draws { x: zero, y: zero, z: zero, pdf: zero, weight: zero, lean: zero }
     }
 }
 
@@ -68,18 +66,14 @@ impl<const N: usize> Draws<N> {
         for j in 0..N {
             masked[j] = brdf.source_tables.masking[cosine[j] as usize & (2 * COSINES - 1)];
         }
-        if !brdf.glossy {
-            for j in 0..N {
-                cos2_beta[j] = if places.core[j] > 0 { s.z[j] * s.z[j] } else { cos2_beta[j] };
-            }
-        }
-        reflectances(simd, &table.material, &cos2_beta, &mut d.reflectance);
+        let mut reflectance = [1.0; N];
+        reflectances(simd, &table.material, &cos2_beta, &mut reflectance);
         let mut below = zero;
         for j in 0..N {
             let z = d.z[j];
             let hidden = f64::from(masked[j][0] + above[j] * masked[j][1]);
             let cosines = (s.z[j] + f64::from(s.masked[j])) * z + s.z[j] * hidden;
-            density[j] *= f64::from(s.balance[j]) * d.reflectance[j] * d.lean[j] * z;
+            density[j] *= f64::from(s.balance[j]) * reflectance[j] * d.lean[j] * z;
             below[j] = cosines;
         }
         if brdf.glossy {

@@ -86,7 +86,7 @@ fn run<S: Simd, const N: usize>(
         for j in 0..N {
             if places.core[j] > 0 {
                 let (mirrored, blend) = (DVec3::new(-wi[j].x, -wi[j].y, wi[j].z), places.blend[j]);
-                let weight = f64::from(blend.w) * draws.reflectance[j] / f64::from(blend.x);
+                let weight = brdf.table.core(wi[j]) / f64::from(blend.x);
                 let draw = BrdfSample { wo: mirrored, weight, pdf: f64::INFINITY, specular: true };
                 out[j] = (wi[j].z > HORIZON).then_some(draw);
             }

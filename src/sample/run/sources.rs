@@ -219,7 +219,7 @@ impl<const N: usize> SourceLanes<N> {
         }
     }
 
-    /// What the nodes around every source say about core and floor, blended: the four numbers of [`TableBrdf::facts`].
+    /// What the nodes around every source say about core and floor, blended: the numbers of [`TableBrdf::facts`].
     #[simd]
     pub fn blend<S: Simd>(&self, _: S, brdf: &TableBrdf, blended: &mut Lanes<Vec4, N>) {
         let s = self;
