@@ -6,6 +6,7 @@ use super::progress::Bar;
 use super::{quantity, written};
 use crate::chart::parameter_chart;
 use crate::chart::ray_wave::ray_wave_chart;
+use crate::error::Error;
 use crate::meter::Options;
 use crate::meter::correspondence::{Row, correspondence, ratios};
 use crate::meter::ray_wave::{Plan, Reading, ray_wave};
@@ -65,6 +66,9 @@ const USUAL: [(&str, &str, f64, f64); 3] = [
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     if a.surfaces {
         return surfaces(a, json);
+    }
+    if let Some(path) = a.chart.as_ref().filter(|path| written::ending(path) != "png") {
+        return Err(Error::parameter(format!("{} is no name for this chart", path.display()), "name it .png").into());
     }
     let options = Options { tolerance: 0.01, max_points: 32768, ..Options::default() };
     let mut tables = Vec::new();

@@ -89,7 +89,7 @@ enum Verb {
 }
 
 /// A reader that has gone away, such as `head`, is no failure of this program: it leaves without a word, with the code that a
-/// shell reports for a closed pipe. `println!` panics on one, and nothing else tells.
+/// shell reports for a closed pipe. `println!` panics on one, and nothing else tells. A full disk is an error like any other.
 fn leave_when_nobody_reads() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
@@ -97,6 +97,10 @@ fn leave_when_nobody_reads() {
         let closed = ["Broken pipe", "pipe is being closed"].iter().any(|word| words.contains(word));
         if words.starts_with("failed printing to std") && closed {
             crate::output::abandon(141);
+        }
+        if let Some(cause) = words.strip_prefix("failed printing to stdout: ") {
+            eprintln!("error: the output cannot be written: {cause}");
+            crate::output::abandon(1);
         }
         usual(panic);
     }));

@@ -120,7 +120,8 @@ fn a_table_is_no_map_and_says_so() {
 
 #[test]
 fn numbers_that_would_take_the_machine_are_refused() {
-    let calls: [&[&str]; 6] = [
+    let calls: [&[&str]; 7] = [
+        &["correspondence", "ggx:n=1.5", "--vary", "alpha=0.1..0.2", "--steps", "2", "--chart", "a.svg"],
         &["sample", "mirror", "--theta-i", "20", "-n", "99999999999999", "-o", "a.npy"],
         &["sample", "mirror", "--theta-i", "20", "-n", "0", "-o", "a.npy"],
         &["gloss", "mirror", "--threads", "100000"],
@@ -145,4 +146,15 @@ fn the_page_on_scenes_is_json_if_asked() {
     let page = asperity(["render", "--explain"]);
     let object = asperity(["render", "--explain", "--json"]).json();
     assert_eq!(object["markdown"].as_str(), Some(page.stdout.as_str()));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_stdout_is_one_error() {
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let mut call = std::process::Command::new(env!("CARGO_BIN_EXE_asperity"));
+    let out = call.arg("models").stdout(full).output().unwrap();
+    let words = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(1), "{words}");
+    assert!(words.starts_with("error: the output cannot be written") && words.lines().count() == 1, "{words}");
 }
