@@ -51,6 +51,9 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         for name in readings.unconverged() {
             eprintln!("warning: {}: `{name}` has not converged to its tolerance; judge it by its error", s.name());
         }
+        if let Some(warning) = readings.doubt() {
+            eprintln!("warning: {}: {warning}", s.name());
+        }
     }
     if let Some(path) = &a.readings.csv {
         let rows: String = sources.iter().zip(&found).map(|(s, r)| r.csv(s.name(), s.gloss())).collect();
@@ -87,15 +90,16 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     print_marks(sources.iter().filter_map(Source::surface));
     sources.iter().filter_map(Source::surface).for_each(print_both);
     println!(
-        "\n{:<width$}  {:>18}  {:>10}  {:>10}  {:>18}  {:>18}",
+        "\n{:<width$}  {:>16}  {:>16}  {:>16}  {:>16}  {:>16}",
         "source", HEADS[0], HEADS[1], HEADS[2], HEADS[3], HEADS[4]
     );
     for (s, readings) in sources.iter().zip(&found) {
         let [haze, log_haze, index, doi, rspec] = readings.line();
-        println!("{:<width$}  {haze:>18}  {log_haze:>10}  {index:>10}  {doi:>18}  {rspec:>18}", s.name());
+        println!("{:<width$}  {haze:>16}  {log_haze:>16}  {index:>16}  {doi:>16}  {rspec:>16}", s.name());
     }
     println!(
-        "\nGloss, haze (both sides of 20 deg together) and Rspec in GU: black glass n = 1.567 reads 100. DOI in percent."
+        "\nGloss, haze (both sides of 20 deg together) and Rspec in GU: black glass n = 1.567 reads 100. DOI in percent.\n\
+         +- is one standard error: of the integration and, for a surface, of its sub-areas, its mirror beam and the steps of its heights."
     );
     for (s, readings) in sources.iter().zip(&found) {
         readings.print_sheets(s.name());

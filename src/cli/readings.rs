@@ -3,9 +3,11 @@
 use super::instrument;
 use super::source::Source;
 use crate::error::Result;
+use crate::math::Estimate;
 use crate::meter::appearance::flop_index;
-use crate::meter::{Appearance, Colour, Instrument, Options, Reading, appearance, colours};
+use crate::meter::{Appearance, Colour, Instrument, Options, Reading, Warning, appearance, colours, surface_scatter};
 use crate::model;
+use crate::optics::Brdf;
 use crate::optics::colour::Illuminant;
 use clap::Args;
 use serde_json::json;
@@ -63,22 +65,43 @@ impl Bench {
     pub fn read(&self, source: &Source, azimuths: &[f64]) -> Result<Readings> {
         let options = Options::default().with_azimuths(azimuths);
         let brdf = source.brdf();
-        let sheet = |meter: &Instrument| -> Result<Sheet> {
-            let metallic = meter.name.starts_with("metallic");
-            Ok(Sheet {
-                instrument: meter.name.clone(),
-                readings: meter.measure(brdf, &options)?,
-                checks: if self.check { meter.subdivide(brdf, &options)? } else { Vec::new() },
-                colours: match source {
-                    Source::Model { text, .. } if metallic => {
-                        colours(&|l| model::parse(text, l), meter, self.illuminant, &Options::quick())?
-                    }
-                    _ => Vec::new(),
-                },
-            })
-        };
-        let sheets = self.instruments.iter().map(sheet).collect::<Result<_>>()?;
-        Ok(Readings { usual: appearance(brdf, &options)?, sheets })
+        let mut usual = appearance(brdf, &options)?;
+        let mut sheets: Vec<Sheet> =
+            self.instruments.iter().map(|meter| self.sheet(meter, source, &options)).collect::<Result<_>>()?;
+        if let Some(surface) = source.surface() {
+            let read = |brdf: &dyn Brdf, options: &Options| -> Result<Vec<f64>> {
+                let mut numbers = appearance(brdf, options)?.numbers();
+                for meter in &self.instruments {
+                    numbers.extend(meter.measure(brdf, options)?.iter().map(|r| r.estimate.value));
+                }
+                Ok(numbers)
+            };
+            let mut values = usual.numbers();
+            let of_usual = values.len();
+            values.extend(sheets.iter().flat_map(|s| &s.readings).map(|r| r.estimate.value));
+            let errors = surface_scatter(&surface.brdf, &values, &options, &read)?;
+            usual = usual.with_errors(&errors[..of_usual]);
+            for (reading, error) in sheets.iter_mut().flat_map(|s| &mut s.readings).zip(&errors[of_usual..]) {
+                reading.estimate = reading.estimate.with_error(*error);
+            }
+        }
+        Ok(Readings { usual, sheets })
+    }
+
+    fn sheet(&self, meter: &Instrument, source: &Source, options: &Options) -> Result<Sheet> {
+        let brdf = source.brdf();
+        let metallic = meter.name.starts_with("metallic");
+        Ok(Sheet {
+            instrument: meter.name.clone(),
+            readings: meter.measure(brdf, options)?,
+            checks: if self.check { meter.subdivide(brdf, options)? } else { Vec::new() },
+            colours: match source {
+                Source::Model { text, .. } if metallic => {
+                    colours(&|l| model::parse(text, l), meter, self.illuminant, &Options::quick())?
+                }
+                _ => Vec::new(),
+            },
+        })
     }
 }
 
@@ -113,17 +136,21 @@ impl Readings {
         all.filter(|r| !r.converged).map(|r| r.name.as_str()).collect()
     }
 
+    /// What there is to say against them.
+    pub fn doubt(&self) -> Option<Warning> {
+        self.usual.doubt()
+    }
+
     /// One line of the table of haze and image.
     pub fn line(&self) -> [String; 5] {
         let u = &self.usual;
-        let text = |value: f64, error: f64| format!("{value:.2} +- {error:.2}");
-        let reading = |r: &Reading| text(r.estimate.value, r.estimate.standard_error);
+        let text = |e: Estimate| format!("{:.2} +- {:.2}", e.value, e.standard_error);
         [
-            reading(&u.haze),
-            format!("{:.1}", u.log_haze.value),
-            format!("{:.2}", u.haze_index.value),
-            u.doi.as_ref().map_or("none".into(), reading),
-            reading(&u.rspec),
+            text(u.haze.estimate),
+            format!("{:.1} +- {:.1}", u.log_haze.value, u.log_haze.standard_error),
+            text(u.haze_index),
+            u.doi.as_ref().map_or("none".into(), |doi| text(doi.estimate)),
+            text(u.rspec.estimate),
         ]
     }
 
@@ -151,10 +178,10 @@ impl Readings {
     }
 
     /// Rows `source,instrument,reading,value,standard_error` of the CSV.
-    pub fn csv(&self, source: &str, gloss: [crate::math::Estimate; 3]) -> String {
+    pub fn csv(&self, source: &str, gloss: [Estimate; 3]) -> String {
         let u = &self.usual;
         let mut rows = String::new();
-        let mut row = |instrument: &str, reading: &str, e: crate::math::Estimate| {
+        let mut row = |instrument: &str, reading: &str, e: Estimate| {
             let name = source.replace('"', "\"\"");
             let _ = writeln!(rows, "\"{name}\",{instrument},{reading},{:.6},{:.6}", e.value, e.standard_error);
         };

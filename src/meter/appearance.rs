@@ -3,6 +3,7 @@
 use super::gloss::Options;
 use super::measure::Reading;
 use super::standards;
+use super::validity::Warning;
 use crate::error::Result;
 use crate::math::Estimate;
 use crate::optics::Brdf;
@@ -21,7 +22,8 @@ pub fn haze_index(g60: Estimate, g20: Estimate) -> Estimate {
 }
 
 /// `DOI = 100 (1 - R_beside / R_specular)`: distinctness of image (ASTM E430); `None` if nothing is reflected at the
-/// specular angle.
+/// specular angle. Negative where there is more light beside the mirror direction than in it, as chance has it on a surface that
+/// mirrors no image ([`Appearance::doubt`]).
 pub fn doi(specular: Estimate, beside: Estimate) -> Option<Estimate> {
     let ratio = beside.value / specular.value;
     let standard_error = 100.0 * beside.standard_error.hypot(ratio * specular.standard_error) / specular.value;
@@ -47,6 +49,44 @@ pub struct Appearance {
     pub doi: Option<Reading>,
     /// Peak gloss at 20 deg.
     pub rspec: Reading,
+}
+
+impl Appearance {
+    /// Every number in the order of the fields, haze index and image after haze; NaN for an image that is not there.
+    pub fn numbers(&self) -> Vec<f64> {
+        let doi = self.doi.as_ref().map_or(f64::NAN, |d| d.estimate.value);
+        let gloss = self.gloss.iter().map(|g| g.estimate.value);
+        let scales =
+            [self.haze.estimate.value, self.log_haze.value, self.haze_index.value, doi, self.rspec.estimate.value];
+        gloss.chain(scales).collect()
+    }
+
+    /// Joins further standard errors, in the order of [`Appearance::numbers`], in quadrature.
+    pub fn with_errors(mut self, errors: &[f64]) -> Self {
+        let mut doi = self.doi.as_mut().map_or_else(Estimate::default, |d| d.estimate);
+        let [a, b, c] = &mut self.gloss;
+        let mut all = [
+            &mut a.estimate,
+            &mut b.estimate,
+            &mut c.estimate,
+            &mut self.haze.estimate,
+            &mut self.log_haze,
+            &mut self.haze_index,
+            &mut doi,
+            &mut self.rspec.estimate,
+        ];
+        all.iter_mut().zip(errors).for_each(|(estimate, error)| **estimate = estimate.with_error(*error));
+        if let Some(reading) = &mut self.doi {
+            reading.estimate = doi;
+        }
+        self
+    }
+
+    /// What there is to say against the image: a negative distinctness.
+    pub fn doubt(&self) -> Option<Warning> {
+        let doi = self.doi.as_ref()?.estimate;
+        (doi.value < 0.0).then_some(Warning::NoImage { doi: doi.value, standard_error: doi.standard_error })
+    }
 }
 
 /// Reads the usual set.

@@ -89,17 +89,20 @@ impl Geometry {
     pub fn validate(&self) -> Result<()> {
         let right_angle = std::f64::consts::FRAC_PI_2;
         let stops = self.source.iter().chain(&self.receptor);
-        let what = if stops.clone().any(|&a| !(a > 0.0 && a < right_angle)) {
-            "a stop of the glossmeter is not between 0 and 90 deg"
+        let (what, advice) = if stops.clone().any(|&a| !(a > 0.0 && a < right_angle)) {
+            (
+                "a stop of the glossmeter is not between 0 and 90 deg",
+                "give both full angles in degrees, as in --source-stop 0.75,2.5",
+            )
         } else if !(self.theta_i >= 0.0 && self.theta_i < right_angle) {
-            "the angle of incidence of the glossmeter is not between 0 and 90 deg"
+            ("the angle of incidence of the glossmeter is not between 0 and 90 deg", "take 20, 60 or 85 deg")
         } else if (self.theta_i + self.offset).abs().partial_cmp(&right_angle) != Some(std::cmp::Ordering::Less) {
-            "the receptor of the glossmeter is below the surface"
+            ("the receptor of the glossmeter is below the surface", "move it towards the normal")
         } else if !(self.standard_index > 1.0 && self.standard_index.is_finite()) {
-            "the index of the gloss standard is not above 1"
+            ("the index of the gloss standard is not above 1", "take that of black glass, 1.567")
         } else {
             return Ok(());
         };
-        Err(Error::parameter(what, "start from Geometry::gloss20, gloss60 or gloss85 and change one field"))
+        Err(Error::parameter(what, advice))
     }
 }

@@ -1,5 +1,6 @@
 //! Directional-hemispherical reflectance, with and without the specular beam.
 
+use super::stop::in_degrees;
 use crate::error::{Error, Result};
 use crate::math::{Estimate, direction, reflect};
 use crate::optics::Brdf;
@@ -29,7 +30,7 @@ pub struct Hemispherical {
 pub fn hemispherical(brdf: &dyn Brdf, theta_i: f64, phi: f64, trap: f64) -> Result<Hemispherical> {
     if !((0.0..std::f64::consts::FRAC_PI_2).contains(&theta_i) && trap >= 0.0 && phi.is_finite()) {
         return Err(Error::parameter(
-            format!("no sphere has light from {} deg and a trap of {} deg", theta_i.to_degrees(), trap.to_degrees()),
+            format!("no sphere has light from {} deg and a trap of {} deg", in_degrees(theta_i), in_degrees(trap)),
             "give an angle of incidence from 0 to 90 deg and a trap of 0 deg or more",
         ));
     }

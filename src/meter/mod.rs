@@ -36,6 +36,6 @@ pub use measure::Reading;
 pub use multi_angle::{Colour, colours};
 pub use scan::{Scan, ScanPoint, scan};
 pub use stop::Shape;
-pub use surface::surface_gloss;
+pub use surface::{surface_gloss, surface_scatter};
 pub use traced::traced_gloss;
 pub use validity::{Holds, Warning, check_rays, check_waves, rayleigh_parameter};

@@ -2,7 +2,7 @@
 
 use super::gloss::Options;
 use super::instrument::{Instrument, Receptor, Specimen, Standard};
-use super::stop::Shape;
+use super::stop::{Shape, in_degrees};
 use crate::error::{Error, Result};
 use crate::math::Estimate;
 use crate::optics::Brdf;
@@ -92,9 +92,9 @@ pub fn angles(from: f64, to: f64, step: f64, half_angle: f64) -> Result<Vec<f64>
         return Err(Error::parameter(
             format!(
                 "a scan from {} to {} deg in steps of {} deg is not a list of angles",
-                from.to_degrees(),
-                to.to_degrees(),
-                step.to_degrees()
+                in_degrees(from),
+                in_degrees(to),
+                in_degrees(step)
             ),
             "give a rising range and a step above 0, at most 100000 of them",
         ));

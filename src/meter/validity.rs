@@ -63,6 +63,32 @@ pub enum Warning {
         wave: f64,
         ray: Option<f64>,
     },
+    /// Rays made the value because the incident angles of the table end before this one.
+    AngleMissing {
+        /// Rayleigh parameter.
+        g: f64,
+        /// Angle of incidence and the nearest one of the table \[rad\].
+        theta_i: f64,
+        nearest: f64,
+    },
+    /// The heights come in steps, and with them the slopes.
+    HeightsInSteps {
+        /// Step of the heights \[m\].
+        step: f64,
+        /// Angle between the glints of facets one step apart \[rad\].
+        glint_spacing: f64,
+        /// Angle of incidence where it tells most \[rad\].
+        theta_i: f64,
+        /// Gloss with the heights as they are, and spread evenly within their steps \[GU\].
+        value: f64,
+        spread: f64,
+    },
+    /// More light beside the mirror direction than in it.
+    NoImage {
+        /// Distinctness of image, in percent.
+        doi: f64,
+        standard_error: f64,
+    },
     /// Facets whose phase changes by more than half a turn from point to point.
     PhaseUndersampled {
         /// Angle of incidence \[rad\].
@@ -125,6 +151,30 @@ impl std::fmt::Display for Warning {
                     None => write!(f, "."),
                 }
             }
+            Warning::AngleMissing { g, theta_i, nearest } => write!(
+                f,
+                "At {:.0} deg the Rayleigh parameter is {g:.3}, below {SMALLEST_FOR_RAYS}, so no ray method holds, but the incident \
+                 angles asked for leave the value to {:.0} deg, where rays serve. Add {:.0} to --theta-i.",
+                theta_i.to_degrees(),
+                nearest.to_degrees(),
+                theta_i.to_degrees(),
+            ),
+            Warning::HeightsInSteps { step, glint_spacing, theta_i, value, spread } => write!(
+                f,
+                "The heights come in steps of {:.2} nm, so facets have only certain slopes, whose glints lie {:.2} deg apart: at \
+                 {:.0} deg gloss of the table reads {value:.3} GU with the heights as they are. The table has them spread evenly \
+                 within their steps, which gives {spread:.3} GU ({:+.1} %); the standard errors hold the difference. Export the map with more digits, or low-pass it (--s-filter).",
+                step * 1e9,
+                glint_spacing.to_degrees(),
+                theta_i.to_degrees(),
+                100.0 * (spread / value - 1.0),
+            ),
+            Warning::NoImage { doi, standard_error } => write!(
+                f,
+                "DOI is {doi:.2} +- {standard_error:.2}, below its scale of 0 to 100: the receptor beside the mirror direction gets \
+                 more light than the one in it, as chance or steps of the heights have it where a lobe is far wider than \
+                 both. The surface mirrors no image; take it as 0."
+            ),
             Warning::PhaseUndersampled { theta_i, share } => write!(
                 f,
                 "At {:.0} deg {:.1} % of the facets are too steep for the sampling distance: their phase changes by more \
@@ -181,6 +231,25 @@ pub fn check_waves(decision: &Decision) -> Vec<Warning> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sentences_carry_numbers_and_advice() {
+        let theta_i = 85f64.to_radians();
+        for (warning, parts) in [
+            (
+                Warning::AngleMissing { g: 0.3, theta_i, nearest: 60f64.to_radians() },
+                ["At 85 deg", "to 60 deg", "Add 85 to --theta-i"],
+            ),
+            (
+                Warning::HeightsInSteps { step: 7.45e-9, glint_spacing: 0.034, theta_i, value: 2.0, spread: 1.9 },
+                ["7.45 nm", "1.95 deg apart", "(-5.0 %)"],
+            ),
+            (Warning::NoImage { doi: -38.0, standard_error: 20.0 }, ["-38.00 +- 20.00", "0 to 100", "no image"]),
+        ] {
+            let text = warning.to_string();
+            assert!(parts.iter().all(|p| text.contains(p)) && text.ends_with('.') && warning.is_doubt(), "{text}");
+        }
+    }
 
     /// TV32: coherent fraction of Sq 201 nm at 550 nm.
     #[test]

@@ -266,7 +266,7 @@ impl Sphere {
 mod tests {
     use super::*;
     use crate::render::paint::Pattern;
-    use crate::render::rays::{Rays, WAVE};
+    use crate::render::rays::{Hits, Rays, WAVE};
     use crate::render::reach::{Asking, Asks, Pick, Scratch};
     use crate::render::{Material, Scene};
     use fearless_simd::{Level, dispatch};
@@ -364,10 +364,10 @@ mod tests {
             let u = [(f64::from(k) + 0.5) / f64::from(n), (f64::from(k) * 0.618) % 1.0];
             let sample = sample_any(&scene.lights, &at, u).unwrap();
             let ray = Ray { origin: DVec3::ZERO, direction: sample.direction };
-            let (mut rays, mut hits) = (Rays::default(), [None; WAVE]);
-            rays.push(&ray, None);
+            let (mut rays, mut hits) = (Rays::default(), Hits::default());
+            rays.push(&ray, None, -1.0);
             dispatch!(Level::new(), simd => scene.closest(simd, &rays, &mut hits));
-            let hit = hits[0].unwrap();
+            let hit = scene.hit(&hits, 0).unwrap();
             assert_eq!(Some(hit.id), sample.id);
             let light = if matches!(hit.id, Id::Quad(_)) { 0 } else { 1 };
             seen[light] += 1.0 / f64::from(n);

@@ -102,6 +102,11 @@ impl<'a> Coat<'a> {
     }
 
     #[inline(always)]
+    pub(super) fn tint(&self) -> DVec3 {
+        self.tint
+    }
+
+    #[inline(always)]
     pub(super) fn group(&self) -> usize {
         self.group
     }
@@ -181,23 +186,15 @@ impl<'a> Cover<'a> {
             });
         }
     }
+}
 
-    /// The coat and the tint at a point with plane coordinates `uv`; `place` is the point in metres from the corner of its
-    /// plane, or in space where the shape has no plane.
-    #[inline(always)]
-    pub(super) fn at(&self, uv: impl FnOnce() -> [f64; 2], place: impl FnOnce() -> DVec3) -> (&Coat<'a>, DVec3) {
-        match self {
-            Cover::Plain(coat) => (coat, coat.tint),
-            Cover::Painted(coat, paint) => (coat, coat.tint * paint.colour(uv)),
-            Cover::Checker(coats, size) => {
-                let cell = (place() / *size).floor();
-                // Whether the sum is odd.
-                let half = 0.5 * (cell.x + cell.y + cell.z);
-                let coat = &coats[usize::from(half > half.floor())];
-                (coat, coat.tint)
-            }
-        }
-    }
+/// Whether a place lies in a cell of the second coat of a checker: `floor(x / size) + floor(y / size) + floor(z / size)` is
+/// odd. In metres from the corner of a plane, or in space where the shape has no plane.
+#[inline(always)]
+pub(super) fn odd_cell(place: DVec3, inverse_size: f64) -> bool {
+    let cell = (place * inverse_size).floor();
+    let half = 0.5 * (cell.x + cell.y + cell.z);
+    half > half.floor()
 }
 
 #[cfg(test)]
@@ -216,10 +213,7 @@ mod tests {
 
     #[test]
     fn a_checker_counts_cells() {
-        let matt = model::Lambert { rho: 1.0 };
-        let coats = [1.0, 0.25].map(|t| Coat::new(Reflector::Grey(&matt), DVec3::splat(t)));
-        let checker = Cover::Checker(coats, 2.0);
-        let tint = |x: f64, y: f64| checker.at(|| [0.0; 2], || DVec3::new(x, y, 0.0)).1.x;
-        assert_eq!((tint(1.0, 1.0), tint(3.0, 1.0), tint(3.0, 3.0), tint(-1.0, 1.0)), (1.0, 0.25, 1.0, 0.25));
+        let odd = |x: f64, y: f64| odd_cell(DVec3::new(x, y, 0.0), 1.0 / 2.0);
+        assert_eq!([odd(1.0, 1.0), odd(3.0, 1.0), odd(3.0, 3.0), odd(-1.0, 1.0)], [false, true, false, true]);
     }
 }

@@ -30,6 +30,7 @@ mod rays;
 mod reach;
 pub mod revolution;
 pub mod scene;
+mod screens;
 pub mod shape;
 pub mod sheet;
 mod solids;

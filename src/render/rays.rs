@@ -5,9 +5,9 @@ use super::shape::Ray;
 use crate::math::frame::DVec3;
 use fearless_simd::{Simd, f64x8, prelude::*};
 
-/// Most rays under way together: enough to share every step, few enough for their columns to stay in the near caches. Half
-/// and twice as many are no faster.
-pub(super) const WAVE: usize = 128;
+/// Most rays under way together: enough to share every step and to bring several to each material, few enough for their
+/// columns to stay in the second cache.
+pub(super) const WAVE: usize = 256;
 /// Rays that one vector holds.
 pub(super) const LANES: usize = 8;
 
@@ -49,17 +49,22 @@ impl Rays {
         self.len = 0;
     }
 
-    /// Adds one; there must be room.
+    /// Adds one; there must be room. `solid` is [`Id::solid`] of the surface it leaves.
     #[inline(always)]
-    pub(super) fn push(&mut self, ray: &Ray, leaving: Option<Id>) {
+    pub(super) fn push(&mut self, ray: &Ray, leaving: Option<Id>, solid: f64) {
         let j = self.len;
         for axis in 0..3 {
             self.origin[axis][j] = ray.origin[axis];
             self.direction[axis][j] = ray.direction[axis];
         }
-        self.leaving[j] = leaving;
-        self.solid[j] = Id::solid(leaving);
+        (self.leaving[j], self.solid[j]) = (leaving, solid);
         self.len = j + 1;
+    }
+
+    /// Adds ray number `j` of another list.
+    #[inline(always)]
+    pub(super) fn push_from(&mut self, others: &Rays, j: usize) {
+        self.push(&others.get(j), others.leaving[j], others.solid[j]);
     }
 
     #[inline(always)]
@@ -93,6 +98,24 @@ impl Rays {
     }
 }
 
+/// What each of the rays meets first, in columns.
+pub(super) struct Hits {
+    /// Infinite where nothing is met.
+    pub t: Column<f64>,
+    /// Number of the surface, see [`super::scene::Scene::surface`]; 0 for none.
+    pub surface: Column<u32>,
+    /// Of a mesh.
+    pub triangle: Column<u32>,
+    /// Weights of the second and third corner of a triangle.
+    pub weights: Column<[f64; 2]>,
+}
+
+impl Default for Hits {
+    fn default() -> Self {
+        Hits { t: [f64::INFINITY; WAVE], surface: [0; WAVE], triangle: [0; WAVE], weights: [[0.0; 2]; WAVE] }
+    }
+}
+
 /// Rays towards lamps: where each of them ends.
 #[derive(Default)]
 pub(super) struct Shadows {
@@ -114,14 +137,14 @@ impl Default for Ends {
 }
 
 impl Shadows {
-    /// Adds one; there must be room.
+    /// Adds one; there must be room. `solids` are [`Id::solid`] of start and target.
     #[inline(always)]
-    pub(super) fn push(&mut self, ray: &Ray, leaving: Id, length: f64, target: Option<Id>) {
+    pub(super) fn push(&mut self, ray: &Ray, leaving: Id, length: f64, target: Option<Id>, solids: [f64; 2]) {
         let j = self.rays.len;
         self.distance.length[j] = length;
         self.distance.target[j] = target;
-        self.distance.solid[j] = Id::solid(target);
-        self.rays.push(ray, Some(leaving));
+        self.distance.solid[j] = solids[1];
+        self.rays.push(ray, Some(leaving), solids[0]);
     }
 
     /// Length and target of a ray.
@@ -140,21 +163,22 @@ impl Shadows {
 /// Three coordinates of every lane by one vector.
 #[inline(always)]
 pub(super) fn dot<S: Simd>(lanes: &Lanes3<S>, v: DVec3) -> f64x8<S> {
-    lanes[0] * v.x + lanes[1] * v.y + lanes[2] * v.z
+    let simd = lanes[0].simd;
+    dot_lanes(lanes, &[f64x8::splat(simd, v.x), f64x8::splat(simd, v.y), f64x8::splat(simd, v.z)])
 }
 
 /// Three coordinates in lanes.
 pub(super) type Lanes3<S> = [f64x8<S>; 3];
 
-/// The product of two vectors in lanes.
+/// The product of two vectors in lanes; sums of products are rounded once where the machine can.
 #[inline(always)]
 pub(super) fn dot_lanes<S: Simd>(a: &Lanes3<S>, b: &Lanes3<S>) -> f64x8<S> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
 #[inline(always)]
 pub(super) fn cross<S: Simd>(a: &Lanes3<S>, b: &Lanes3<S>) -> Lanes3<S> {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
 }
 
 /// Three columns from row `from` on.

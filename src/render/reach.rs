@@ -165,18 +165,19 @@ impl Reach {
         }
         let (centre, front, radius) = (self.centre.as_vec3(), self.front.as_vec3(), self.radius as f32);
         let [x, y, z] = [wide(centre.x) - p[0], wide(centre.y) - p[1], wide(centre.z) - p[2]];
-        let d2 = x * x + y * y + z * z;
+        let dot = |a: f32x16<S>, b: f32x16<S>, c: f32x16<S>| x.mul_add(a, y.mul_add(b, z * c));
+        let d2 = dot(x, y, z);
         let d = d2.sqrt();
         let (zero, r) = (wide(0.0), wide(radius));
         // A hair of room for the rounding of a lamp that just touches the horizon.
-        let height = x * n[0] + y * n[1] + z * n[2] + radius * 1.0001 + d * 1e-5;
+        let height = dot(n[0], n[1], n[2]) + radius * 1.0001 + d * 1e-5;
         // The cosine, from 0 to 1, over the squared distance.
         let reach = d.max(r);
         let near = height.max(zero).min(reach) * strength / (reach * reach * reach);
         if self.front == DVec3::ZERO {
             return near;
         }
-        let side = d * 1e-5 - (x * front.x + y * front.y + z * front.z);
+        let side = d * 1e-5 - dot(wide(front.x), wide(front.y), wide(front.z));
         near * side.simd_gt(zero).select((side / d).max(wide(GRAZING)), zero)
     }
 }

@@ -6,7 +6,7 @@ use super::light::{Lights, Met};
 use super::material::{Cover, Reflector};
 use super::mesh::Mesh;
 use super::paint::Paint;
-use super::rays::{Column, LANES, Rays, Shadows};
+use super::rays::{Column, Hits, LANES, Rays, Shadows};
 use super::shape::{Ray, Shape};
 use super::solids::Solids;
 use crate::error::Result;
@@ -115,12 +115,16 @@ impl<'a> Scene<'a> {
     /// Surrounds the scene, on top of the radiance of the sky.
     pub fn surround(&mut self, environment: Environment) {
         self.lights.surround(environment);
+        self.solids.screens.open();
     }
 
     fn place(&mut self, shape: Shape, finish: Finish) -> Id {
+        if let Shape::Quad(quad) = shape {
+            self.solids.quads.push(quad);
+        }
+        self.solids.screens.add(&self.solids.quads, &shape);
         match shape {
-            Shape::Quad(quad) => {
-                self.solids.quads.push(quad);
+            Shape::Quad(_) => {
                 self.quad_finishes.push(finish);
                 Id::Quad(self.solids.quads.len() as u32 - 1)
             }
@@ -142,41 +146,77 @@ impl<'a> Scene<'a> {
 
     /// First surface along each ray but the one it leaves.
     #[inline(always)]
-    pub(super) fn closest<S: Simd>(&self, simd: S, rays: &Rays, hits: &mut Column<Option<Hit>>) {
+    pub(super) fn closest<S: Simd>(&self, simd: S, rays: &Rays, hits: &mut Hits) {
         for from in (0..rays.len()).step_by(LANES) {
-            let found = self.solids.closest(simd, rays, from);
-            for (hit, found) in hits[from..].iter_mut().zip(found) {
-                *hit = found.map(|(t, id)| Hit { t, id, weights: [0.0; 2] });
-            }
+            self.solids.closest(simd, rays, from, hits);
         }
         if self.discs.is_empty() && self.meshes.is_empty() {
             return;
         }
         for j in 0..rays.len() {
-            self.nearer(&rays.get(j), rays.leaving(j), &mut hits[j]);
+            let Some(hit) = self.nearer(&rays.get(j), rays.leaving(j), hits.t[j]) else { continue };
+            (hits.t[j], hits.weights[j]) = (hit.t, hit.weights);
+            (hits.surface[j], hits.triangle[j]) = match hit.id {
+                Id::Disc(i) => (self.first_disc() + i, 0),
+                Id::Triangle { mesh, triangle } => (self.first_disc() + self.discs.len() as u32 + mesh, triangle),
+                Id::Quad(_) | Id::Sphere(_) => (hits.surface[j], 0),
+            };
         }
     }
 
-    /// Puts the first disc or triangle in the place of `hit` if it is nearer.
+    /// The surface of a number in [`Hits`], of a mesh its first triangle: quads and spheres by turns from 1 on, then the discs,
+    /// then the meshes.
     #[inline]
-    pub(super) fn nearer(&self, ray: &Ray, leaving: Option<Id>, hit: &mut Option<Hit>) {
-        let mut t = hit.map_or(f64::INFINITY, |hit| hit.t);
+    pub(super) fn surface(&self, number: u32) -> Option<Id> {
+        let others = self.first_disc();
+        if number >= others {
+            let (disc, discs) = (number - others, self.discs.len() as u32);
+            return Some(if disc < discs { Id::Disc(disc) } else { Id::Triangle { mesh: disc - discs, triangle: 0 } });
+        }
+        let index = number.checked_sub(1)?;
+        Some(if index & 1 == 0 { Id::Quad(index >> 1) } else { Id::Sphere(index >> 1) })
+    }
+
+    /// What ray number `j` meets.
+    #[inline]
+    pub(super) fn hit(&self, hits: &Hits, j: usize) -> Option<Hit> {
+        let mut id = self.surface(hits.surface[j])?;
+        if let Id::Triangle { triangle, .. } = &mut id {
+            *triangle = hits.triangle[j];
+        }
+        Some(Hit { t: hits.t[j], id, weights: hits.weights[j] })
+    }
+
+    fn first_disc(&self) -> u32 {
+        1 + 2 * self.solids.quads.len().max(self.solids.spheres.len()) as u32
+    }
+
+    /// One more than the largest number of a surface.
+    pub(super) fn surfaces(&self) -> usize {
+        self.first_disc() as usize + self.discs.len() + self.meshes.len()
+    }
+
+    /// The first disc or triangle along a ray before `t`.
+    #[inline]
+    pub(super) fn nearer(&self, ray: &Ray, leaving: Option<Id>, mut t: f64) -> Option<Hit> {
+        let mut hit = None;
         for (i, (disc, _)) in self.discs.iter().enumerate() {
             let id = Id::Disc(i as u32);
             if leaving != Some(id)
                 && let Some(nearer) = disc.intersect(ray, t)
             {
                 t = nearer;
-                *hit = Some(Hit { t, id, weights: [0.0; 2] });
+                hit = Some(Hit { t, id, weights: [0.0; 2] });
             }
         }
         for (i, (mesh, _)) in self.meshes.iter().enumerate() {
             if let Some(found) = mesh.closest(ray, t, triangle_of(leaving, i)) {
                 t = found.t;
                 let id = Id::Triangle { mesh: i as u32, triangle: found.triangle };
-                *hit = Some(Hit { t, id, weights: found.weights });
+                hit = Some(Hit { t, id, weights: found.weights });
             }
         }
+        hit
     }
 
     /// Whether anything but its start and its target stands before the end of each ray.
@@ -283,19 +323,19 @@ impl<'a> Scene<'a> {
 
     /// Plane or sphere coordinates of a point of the shape; weights of the corners on a mesh.
     #[inline]
-    pub(super) fn uv(&self, hit: &Hit, point: DVec3) -> [f64; 2] {
-        match hit.id {
+    pub(super) fn uv(&self, id: Id, weights: [f64; 2], point: DVec3) -> [f64; 2] {
+        match id {
             Id::Quad(i) => self.solids.quads[i as usize].uv(point),
             Id::Sphere(i) => self.solids.spheres[i as usize].uv(point),
-            Id::Disc(_) | Id::Triangle { .. } => hit.weights,
+            Id::Disc(_) | Id::Triangle { .. } => weights,
         }
     }
 
     /// The point in metres from the corner of a quad along its sides, or as it is. Never exactly on a plane of the solid
     /// checker by being on the surface of a flat shape.
-    #[inline]
-    pub(super) fn place_in(&self, hit: &Hit, point: DVec3) -> DVec3 {
-        match hit.id {
+    #[inline(always)]
+    pub(super) fn place_in(&self, id: Id, point: DVec3) -> DVec3 {
+        match id {
             Id::Quad(i) => {
                 let quad = &self.solids.quads[i as usize];
                 let away = point - quad.corner;
@@ -347,15 +387,15 @@ mod tests {
     use fearless_simd::{Level, dispatch};
 
     fn closest(scene: &Scene, ray: &Ray, leaving: Option<Id>) -> Option<Hit> {
-        let (mut rays, mut hits) = (Rays::default(), [None; WAVE]);
-        rays.push(ray, leaving);
+        let (mut rays, mut hits) = (Rays::default(), Hits::default());
+        rays.push(ray, leaving, Id::solid(leaving));
         dispatch!(Level::new(), simd => scene.closest(simd, &rays, &mut hits));
-        hits[0]
+        scene.hit(&hits, 0)
     }
 
     fn blocked(scene: &Scene, ray: &Ray, distance: f64, leaving: Id, target: Option<Id>) -> bool {
         let (mut shadows, mut blocked) = (Shadows::default(), [false; WAVE]);
-        shadows.push(ray, leaving, distance, target);
+        shadows.push(ray, leaving, distance, target, [Id::solid(Some(leaving)), Id::solid(target)]);
         dispatch!(Level::new(), simd => scene.block(simd, &shadows, &mut blocked));
         blocked[0]
     }

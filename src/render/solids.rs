@@ -1,7 +1,8 @@
 //! Quads and spheres: which of them each ray of a bundle meets.
 
-use super::rays::{Bundle, LANES, Rays, Shadows, dot, dot_lanes};
+use super::rays::{Bundle, Hits, LANES, Rays, Shadows, dot, dot_lanes};
 use super::scene::Id;
+use super::screens::Screens;
 use super::shape::{Quad, Sphere};
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
@@ -10,10 +11,15 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 #[derive(Default)]
 pub(super) struct Solids {
     pub(super) quads: Vec<Quad>,
+    /// Those of them that can stand in the way of light.
+    pub(super) screens: Screens,
     pub(super) spheres: Vec<Sphere>,
     /// Those of them that shine.
     pub(super) lamps: Vec<Id>,
 }
+
+/// 2^52: between this and its double an f64 is a whole number, written in its last bits.
+const ONES: f64 = (1u64 << 52) as f64;
 
 /// Distances, and the lanes for which they hold.
 struct Met<S: Simd> {
@@ -31,23 +37,12 @@ impl Id {
             _ => -1.0,
         }
     }
-
-    /// The quad or sphere of a number.
-    #[inline(always)]
-    fn of_solid(number: f64) -> Option<Id> {
-        let number = number as i32;
-        match (number < 0, number & 1) {
-            (true, _) => None,
-            (_, 0) => Some(Id::Quad(number as u32 >> 1)),
-            _ => Some(Id::Sphere(number as u32 >> 1)),
-        }
-    }
 }
 
 impl Solids {
-    /// First solid but the one it leaves along each ray from number `from` on: distance and name.
+    /// First solid but the one it leaves along each ray from number `from` on: distance, and 1 more than [`Id::solid`].
     #[inline(always)]
-    pub(super) fn closest<S: Simd>(&self, simd: S, rays: &Rays, from: usize) -> [Option<(f64, Id)>; LANES] {
+    pub(super) fn closest<S: Simd>(&self, simd: S, rays: &Rays, from: usize, hits: &mut Hits) {
         let bundle = rays.bundle(simd, from);
         let wide = |x: f64| f64x8::splat(simd, x);
         let (mut t, mut found) = (wide(f64::INFINITY), wide(-1.0));
@@ -57,14 +52,26 @@ impl Solids {
             let nearer = met.lanes & !bundle.leaving.simd_eq(number);
             (t, found) = (nearer.select(met.t, t), nearer.select(number, found));
         }
-        for (i, sphere) in self.spheres.iter().enumerate() {
-            let number = wide((2 * i + 1) as f64);
-            if let Some(met) = meet_sphere(simd, &bundle, sphere, bundle.leaving.simd_eq(number), t) {
+        for from in (0..self.spheres.len()).step_by(u64::BITS as usize) {
+            // Which of them is met by any ray nobody can foresee: all are asked before one is looked at again.
+            let mut left = 0;
+            for (k, sphere) in self.spheres[from..].iter().take(u64::BITS as usize).enumerate() {
+                left |= u64::from(approach(simd, &bundle, sphere).1.any_true()) << k;
+            }
+            while left != 0 {
+                let i = from + left.trailing_zeros() as usize;
+                left &= left - 1;
+                let number = wide((2 * i + 1) as f64);
+                let met = meet_sphere(simd, &bundle, &self.spheres[i], bundle.leaving.simd_eq(number), t);
                 (t, found) = (met.lanes.select(met.t, t), met.lanes.select(number, found));
             }
         }
-        let (t, found): ([f64; LANES], [f64; LANES]) = (t.into(), found.into());
-        std::array::from_fn(|lane| Id::of_solid(found[lane]).map(|id| (t[lane], id)))
+        t.store_slice(&mut hits.t[from..from + LANES]);
+        // The last digits of a number at which they count by ones: no conversion that would have to look for overflow.
+        let digits: [f64; LANES] = (found + (ONES + 1.0)).into();
+        for (surface, digits) in hits.surface[from..from + LANES].iter_mut().zip(digits) {
+            *surface = digits.to_bits() as u32;
+        }
     }
 
     /// A bit for each ray from number `from` on that may meet a lamp: a few too many, never too few.
@@ -72,12 +79,15 @@ impl Solids {
     pub(super) fn lamps_ahead<S: Simd>(&self, simd: S, rays: &Rays, from: usize) -> u64 {
         let bundle = rays.bundle(simd, from);
         let far = f64x8::splat(simd, f64::INFINITY);
-        let ahead = |id: &Id| match *id {
-            Id::Quad(i) => meet_quad(simd, &bundle, &self.quads[i as usize], far).lanes.to_bitmask(),
-            Id::Sphere(i) => approach(simd, &bundle, &self.spheres[i as usize]).1.to_bitmask(),
-            _ => !0,
-        };
-        self.lamps.iter().fold(0, |bits, lamp| bits | ahead(lamp))
+        let mut ahead = 0;
+        for lamp in &self.lamps {
+            ahead |= match *lamp {
+                Id::Quad(i) => meet_quad(simd, &bundle, &self.quads[i as usize], far).lanes.to_bitmask(),
+                Id::Sphere(i) => approach(simd, &bundle, &self.spheres[i as usize]).1.to_bitmask(),
+                _ => !0,
+            };
+        }
+        ahead
     }
 
     /// A bit for each ray from number `from` on before whose end a solid stands that is neither its start nor its target.
@@ -87,8 +97,8 @@ impl Solids {
         let [length, target] = shadows.ends(simd, from);
         let wide = |x: f64| f64x8::splat(simd, x);
         let mut blocked = length.simd_lt(wide(0.0));
-        for (i, quad) in self.quads.iter().enumerate() {
-            let number = wide((2 * i) as f64);
+        for &i in self.screens.list() {
+            let (number, quad) = (wide(f64::from(2 * i)), &self.quads[i as usize]);
             let free = !(bundle.leaving.simd_eq(number) | target.simd_eq(number));
             // Most planes have start and end of all rays on one side: no division.
             if (free & between(simd, &bundle, quad, length)).any_true() {
@@ -106,13 +116,13 @@ impl Solids {
     }
 }
 
-/// [`Quad::intersect`] in lanes, by the same operations.
+/// [`Quad::intersect`] in lanes.
 #[inline(always)]
 fn meet_quad<S: Simd>(simd: S, rays: &Bundle<S>, quad: &Quad, limit: f64x8<S>) -> Met<S> {
     let (o, d) = (&rays.origin, &rays.direction);
     let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
     let t = (f64x8::splat(simd, quad.offset) - dot(o, quad.normal)) / dot(d, quad.normal);
-    let point = [t * d[0] + o[0], t * d[1] + o[1], t * d[2] + o[2]];
+    let point = [t.mul_add(d[0], o[0]), t.mul_add(d[1], o[1]), t.mul_add(d[2], o[2])];
     let (u, v) = (dot(&point, quad.dual_u) - quad.shift_u, dot(&point, quad.dual_v) - quad.shift_v);
     // A ray in the plane gives an infinity or a NaN: both fail these comparisons.
     let ahead = t.simd_gt(zero) & t.simd_lt(limit);
@@ -136,7 +146,8 @@ fn approach<S: Simd>(simd: S, rays: &Bundle<S>, sphere: &Sphere) -> ([f64x8<S>; 
     let r2 = sphere.radius * sphere.radius;
     let m = [o[0] - sphere.centre.x, o[1] - sphere.centre.y, o[2] - sphere.centre.z];
     let b = dot_lanes(&m, d);
-    let across = [m[0] - b * d[0], m[1] - b * d[1], m[2] - b * d[2]];
+    let back = zero - b;
+    let across = [back.mul_add(d[0], m[0]), back.mul_add(d[1], m[1]), back.mul_add(d[2], m[2])];
     let discriminant = f64x8::splat(simd, r2) - dot_lanes(&across, &across);
     let c = dot_lanes(&m, &m) - r2;
     let lanes = discriminant.simd_ge(zero) & (c.simd_le(zero) | b.simd_le(zero));
@@ -144,28 +155,16 @@ fn approach<S: Simd>(simd: S, rays: &Bundle<S>, sphere: &Sphere) -> ([f64x8<S>; 
 }
 
 /// [`Sphere::intersect`] in lanes, and in those of `own` the far end of the chord: rounding must not find the start again.
-/// `None` if no ray meets the sphere before its limit.
 #[inline(always)]
-fn meet_sphere<S: Simd>(
-    simd: S,
-    rays: &Bundle<S>,
-    sphere: &Sphere,
-    own: mask64x8<S>,
-    limit: f64x8<S>,
-) -> Option<Met<S>> {
+fn meet_sphere<S: Simd>(simd: S, rays: &Bundle<S>, sphere: &Sphere, own: mask64x8<S>, limit: f64x8<S>) -> Met<S> {
     let ([b, c, discriminant], near) = approach(simd, rays, sphere);
     let zero = f64x8::splat(simd, 0.0);
-    // No point of the sphere is nearer than -b - r, and from outside the own sphere is behind.
-    let near = near & (zero - b - sphere.radius).simd_lt(limit) & !(own & b.simd_ge(zero));
-    if !near.any_true() {
-        return None;
-    }
     let root = discriminant.max(zero).sqrt();
     let outside = c.simd_gt(zero);
     let t = outside.select(c, root - b) / outside.select(root - b, f64x8::splat(simd, 1.0));
     let t = own.select(b * -2.0, t);
     let least = own.select(f64x8::splat(simd, 1e-9 * sphere.radius), zero);
-    Some(Met { t, lanes: near & t.simd_gt(least) & t.simd_lt(limit) })
+    Met { t, lanes: near & t.simd_gt(least) & t.simd_lt(limit) }
 }
 
 /// Whether the sphere is met before `length`, without a root: the end of the ray is beyond the middle of its chord, or inside
@@ -181,7 +180,7 @@ fn block_sphere<S: Simd>(
     let ([b, c, _], near) = approach(simd, rays, sphere);
     let zero = f64x8::splat(simd, 0.0);
     let middle = zero - b;
-    let end = c + length * (b + b + length);
+    let end = length.mul_add(b + b + length, c);
     let from_outside = c.simd_gt(zero) & (middle.simd_le(length) | end.simd_lt(zero));
     let from_inside = c.simd_le(zero) & end.simd_gt(zero);
     let chord = middle + middle;
@@ -221,6 +220,9 @@ mod tests {
             solids.quads.push(Quad::new(point(10.0), point(8.0), point(8.0)).unwrap());
             solids.spheres.push(Sphere::new(point(12.0), 0.2 * f64::from(k) + 1e-3).unwrap());
         }
+        solids.quads.iter().for_each(|quad| solids.screens.add(&solids.quads, &(*quad).into()));
+        // Rays go anywhere.
+        solids.screens.open();
         let mut rays = Vec::new();
         for k in 0..8000 {
             let i = k / 4 % 9;
@@ -251,11 +253,15 @@ mod tests {
         let mut hits = 0;
         for chunk in cases.chunks(LANES) {
             let mut rays = Rays::default();
-            chunk.iter().for_each(|(ray, leaving)| rays.push(ray, *leaving));
-            let found = dispatch!(Level::new(), simd => solids.closest(simd, &rays, 0));
-            for ((ray, leaving), found) in chunk.iter().zip(found) {
-                assert_eq!(found, one_by_one(&solids, ray, *leaving));
-                hits += usize::from(found.is_some());
+            chunk.iter().for_each(|(ray, leaving)| rays.push(ray, *leaving, Id::solid(*leaving)));
+            let mut found = Hits::default();
+            dispatch!(Level::new(), simd => solids.closest(simd, &rays, 0, &mut found));
+            for (j, (ray, leaving)) in chunk.iter().enumerate() {
+                let expected = one_by_one(&solids, ray, *leaving);
+                assert_eq!(f64::from(found.surface[j]), 1.0 + Id::solid(expected.map(|(_, id)| id)));
+                let t = expected.map_or(f64::INFINITY, |(t, _)| t);
+                assert!(found.t[j] == t || (found.t[j] / t - 1.0).abs() < 1e-9, "{} {t}", found.t[j]);
+                hits += usize::from(expected.is_some());
             }
         }
         assert!(hits > 2000, "{hits}");
@@ -269,10 +275,10 @@ mod tests {
             let Some((t, id)) = one_by_one(&solids, ray, *leaving) else { continue };
             let start = leaving.unwrap_or(Id::Disc(0));
             let mut shadows = Shadows::default();
-            shadows.push(ray, start, 1.001 * t, None);
-            shadows.push(ray, start, 0.999 * t, None);
-            shadows.push(ray, start, f64::INFINITY, None);
-            shadows.push(ray, start, 1.001 * t, Some(id));
+            for (length, target) in [(1.001 * t, None), (0.999 * t, None), (f64::INFINITY, None), (1.001 * t, Some(id))]
+            {
+                shadows.push(ray, start, length, target, [Id::solid(*leaving), Id::solid(target)]);
+            }
             let bits = dispatch!(Level::new(), simd => solids.block(simd, &shadows, 0));
             // The solids behind the first within 1/1000 of the way are few: they block as well.
             let others = (0..9u32).flat_map(|i| [Id::Quad(i), Id::Sphere(i)]).filter(|o| *o != id);

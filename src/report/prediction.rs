@@ -1,17 +1,19 @@
 //! From a height map to its table and its gloss.
 
 use crate::error::Result;
+use crate::heightmap::sampling::Quantum;
 use crate::heightmap::{HeightMap, parameters};
 use crate::math::{Estimate, direction};
 use crate::meter::validity::SMALLEST_FOR_RAYS;
 use crate::meter::{
-    self, Azimuths, Geometry, Holds, Warning, check_rays, check_waves, rayleigh_parameter, surface_gloss, traced_gloss,
+    self, Azimuths, Geometry, Holds, Warning, check_rays, check_waves, facet_gloss, rayleigh_parameter, surface_gloss,
+    traced_gloss,
 };
-use crate::optics::fresnel;
 use crate::sample::TableBrdf;
+use crate::scatter::slope_histogram::SlopeDensity;
 use crate::scatter::tally::BOUNCES;
-use crate::scatter::{self, Decision, Run, Tally};
-use crate::table::{Provenance, Table};
+use crate::scatter::{self, Decision, Method, Run, Tally};
+use crate::table::{Provenance, Steps, Table};
 
 /// Source azimuths over which the gloss of an anisotropic surface is averaged \[rad\].
 pub const GLOSS_AZIMUTHS: [f64; 4] =
@@ -112,6 +114,12 @@ pub fn predict_run(
         program: concat!("asperity ", env!("CARGO_PKG_VERSION")).to_owned(),
     };
     let mut table = Table::from_scatter(&scattered, provenance);
+    let quantum = Quantum::of(lit);
+    let spread = quantum.map(|q| q.spread(lit, settings.scatter.seed));
+    if let Some((quantum, spread)) = quantum.zip(spread.as_ref()) {
+        let density = SlopeDensity::measure(spread, table.cells(), scattered.isotropic);
+        table = table.with_steps_spread(&quantum, &scattered.density, &density);
+    }
     let mut decisions = scattered.decisions;
     let mut bounce_fractions: Vec<_> = scattered.tallies.iter().map(|row| mean_bounces(row)).collect();
     if settings.fewest_angles {
@@ -142,7 +150,15 @@ pub fn predict_run(
         brdf,
     };
     let azimuths = if prediction.isotropic { Azimuths::All } else { Azimuths::At(GLOSS_AZIMUTHS.to_vec()) };
-    let by_facets = traced_gloss(map, &settings.glossmeter, &azimuths, &settings.scatter)?.gloss;
+    let mut by_facets = traced_gloss(map, &settings.glossmeter, &azimuths, &settings.scatter)?.gloss;
+    if let Some(spread) = &spread {
+        // Hidden facets are as many in both.
+        let of = |map| facet_gloss(map, &settings.scatter.material, &settings.glossmeter, &azimuths);
+        let (raw, spread) = (of(lit)?.gloss, of(spread)?.gloss);
+        for (k, gloss) in by_facets.iter_mut().enumerate() {
+            *gloss = gloss.with_error(spread[k].value - raw[k].value);
+        }
+    }
     prediction.ray_gloss = Some([by_facets[0], by_facets[1], by_facets[2]]);
     measure_gloss(&mut prediction, settings)?;
     progress(1.0);
@@ -185,15 +201,14 @@ fn measure_gloss(prediction: &mut Prediction, settings: &Settings) -> Result<()>
     let gloss = surface_gloss(&prediction.brdf, &settings.glossmeter, &options)?;
     for (k, geometry) in settings.glossmeter.iter().enumerate() {
         let theta_i = geometry.theta_i;
-        let (core, share, core_error, wave) = prediction.mirror_beam(geometry);
-        // Light that the mirror beam gains is taken from the lobe.
-        let lobe = (gloss[k].value - core) * share / (1.0 - share).max(1e-9);
-        prediction.gloss[k] = gloss[k].with_error((core - lobe).abs() * core_error);
+        let (_, wave) = prediction.brdf.table().wave_at(direction(theta_i, 0.0));
+        prediction.gloss[k] = gloss[k];
         prediction.wave[k] = wave;
         let g = rayleigh_parameter(prediction.sq, theta_i, settings.wavelength);
         prediction.rayleigh[k] = g;
         if !wave {
-            prediction.warnings.extend(check_rays(prediction.sq, geometry, settings.wavelength));
+            let found = check_rays(prediction.sq, geometry, settings.wavelength);
+            prediction.warnings.extend(found.map(|w| prediction.missing_angle(g, theta_i).unwrap_or(w)));
             continue;
         }
         if g < SMALLEST_FOR_RAYS {
@@ -203,20 +218,39 @@ fn measure_gloss(prediction: &mut Prediction, settings: &Settings) -> Result<()>
         let doubts = prediction.decision_at(theta_i).map(check_waves);
         prediction.warnings.extend(doubts.unwrap_or_default());
     }
+    let steps = steps_warning(prediction, &settings.glossmeter, &options)?;
+    prediction.warnings.extend(steps);
     Ok(())
 }
 
+/// What steps of the heights do to gloss by rays, at the angle where it is most of the value.
+fn steps_warning(
+    prediction: &Prediction,
+    glossmeter: &[Geometry; 3],
+    options: &meter::Options,
+) -> Result<Option<Warning>> {
+    let table = prediction.brdf.table();
+    let (Some(steps), Some(raw)) = (table.steps(), table.of_raw_steps()) else { return Ok(None) };
+    let brdf = TableBrdf::new(raw)?;
+    let by_rays = (0..3).filter(|&k| !prediction.wave[k] && prediction.gloss[k].value > 0.0);
+    let found = by_rays.map(|k| {
+        let (spread, value) = (prediction.gloss[k].value, meter::gloss(&brdf, &glossmeter[k], options).value);
+        let Steps { step, glint_spacing, .. } = *steps;
+        let theta_i = glossmeter[k].theta_i;
+        ((value / spread - 1.0).abs(), Warning::HeightsInSteps { step, glint_spacing, theta_i, value, spread })
+    });
+    let worst = found.max_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(worst.map(|(_, warning)| warning))
+}
+
 impl Prediction {
-    /// Gloss of the specular core alone \[GU\], its share of the light, its relative error, and whether waves serve at the
-    /// incident angle.
-    fn mirror_beam(&self, geometry: &Geometry) -> (f64, f64, f64, bool) {
+    /// That the angle lies beyond those of a table whose method would have chosen waves there.
+    fn missing_angle(&self, g: f64, theta_i: f64) -> Option<Warning> {
         let table = self.brdf.table();
-        let wi = direction(geometry.theta_i, 0.0);
-        let standard = fresnel::dielectric(wi.z, geometry.standard_index);
-        let (error, wave) = table.wave_at(wi);
-        let core = table.core(wi);
-        let share = core / table.material().reflectance(wi.z).max(f64::MIN_POSITIVE);
-        (100.0 * core / standard, share, error, wave)
+        let angles = table.theta_i();
+        let nearest = theta_i.clamp(angles[0], angles[angles.len() - 1]);
+        let missing = (nearest - theta_i).abs() > 1e-6 && table.provenance.method == Method::Auto;
+        missing.then_some(Warning::AngleMissing { g, theta_i, nearest })
     }
 
     /// The decision for the incident angle nearest to `theta_i`.

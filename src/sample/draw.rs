@@ -66,7 +66,7 @@ impl TableBrdf {
             if left < core {
                 return Some(BrdfSample {
                     wo: DVec3::new(-wi.x, -wi.y, wi.z),
-                    weight: f64::from(blend.w) * self.table.material.reflectance(wi.z) / f64::from(blend.x),
+                    weight: self.table.core(wi) / f64::from(blend.x),
                     pdf: f64::INFINITY,
                     specular: true,
                 });

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
 impl TableBrdf {
-    /// What the nodes around `wi` say about core and floor, blended: the four numbers of [`TableBrdf::facts`].
+    /// What the nodes around `wi` say about core and floor, blended: the numbers of [`TableBrdf::facts`].
     #[inline(always)]
     pub(super) fn blend(&self, place: &Place) -> Vec4 {
         if self.glossy {

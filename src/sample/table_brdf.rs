@@ -48,7 +48,7 @@ pub struct TableBrdf {
     pub(super) slots: Slots,
     pub(super) slabs: Slabs,
     pub(super) hats: Hats,
-    /// Per node: probabilities of core and floor, `f_r` of the floor, reflecting share of the core.
+    /// Per node: probabilities of core and floor, `f_r` of the floor.
     pub(super) facts: Vec<Vec4>,
     /// No node has a core or a floor.
     pub(super) glossy: bool,
@@ -95,7 +95,7 @@ impl TableBrdf {
                     }
                     alias = Some(built);
                 }
-                let facts = Vec4::from([core, floor, facts.diffuse / PI, facts.core_share].map(|x| x as f32));
+                let facts = Vec4::from([core, floor, facts.diffuse / PI, 0.0].map(|x| x as f32));
                 Ok((alias, facts, draws))
             })
             .collect::<Result<_>>()?;

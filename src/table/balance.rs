@@ -18,8 +18,8 @@ const AZIMUTHS: usize = 24;
 /// `b(wi) = (energy interpolated between the nodes) / (energy of the interpolated density)`, mirror facets.
 ///
 /// The weight of a facet is linear in tan(theta_i) only until it turns its back to the source, so densities that keep
-/// the energy at two nodes do not quite keep it between them, and not at all beyond the last one. The glossy rest is
-/// multiplied by `b`, which is 1 at the nodes.
+/// the energy at two nodes do not quite keep it between them, and not at all beyond the last one. What the core takes beyond
+/// the straight line between its nodes, the rest gives. The glossy rest is multiplied by `b`, which is 1 at the nodes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Balance {
     azimuths: usize,
@@ -102,30 +102,35 @@ impl Balance {
             let wi = |cos: f64, sin: f64| DVec3::new(sin * x, sin * y, cos);
             let place = table.finder.place(wi(0.5f64.sqrt(), 0.5f64.sqrt()));
             let phis = table.phi_i.len();
-            // Density and energy of a polar angle's nodes, interpolated to this azimuth.
-            let at = |theta: usize| -> (Vec<f64>, f64) {
+            // Density, energy and core of a polar angle's nodes, interpolated to this azimuth.
+            let at = |theta: usize| -> (Vec<f64>, f64, f64) {
                 let [a, b] = place.phi.map(|p| theta * phis + p);
                 let mix = |x: f64, y: f64| x + place.v * (y - x);
                 let mut density = table.density[table.node_range(a)].to_vec();
                 if place.v > 0.0 {
                     density.iter_mut().zip(&table.density[table.node_range(b)]).for_each(|(x, y)| *x = mix(*x, *y));
                 }
-                (mesh.values(&density), mix(own[a], own[b]))
+                let core = mix(table.nodes[a].core_share, table.nodes[b].core_share);
+                (mesh.values(&density), mix(own[a], own[b]), core)
             };
             let ratio = |wanted: f64, held: f64| if held > 1e-9 * wanted { wanted / held } else { 0.0 };
             let mut factors = Vec::with_capacity(intervals * STEPS + BEYOND + 1);
-            let (mut low, mut low_own) = at(0);
+            let (mut low, mut low_own, mut low_core) = at(0);
             for t in 0..intervals {
-                let (high, high_own) = at(t + 1);
+                let (high, high_own, high_core) = at(t + 1);
                 let tangents = [table.theta_i[t].tan(), table.theta_i[t + 1].tan()];
                 for step in 0..STEPS {
                     let u = step as f64 / STEPS as f64;
                     let tangent = tangents[0] + u * (tangents[1] - tangents[0]);
                     let cos = 1.0 / (1.0 + tangent * tangent).sqrt();
-                    let held = mesh.mirror_energy(&low, &high, u, wi(cos, tangent * cos));
-                    factors.push(ratio(low_own + u * (high_own - low_own), held));
+                    let wi = wi(cos, tangent * cos);
+                    let held = mesh.mirror_energy(&low, &high, u, wi);
+                    // Core and rest together run straight; the core has its own law, and the rest has what it leaves.
+                    let core = table.cores.share(table, &table.finder.place(wi), wi);
+                    let left = low_core + u * (high_core - low_core) - core;
+                    factors.push(ratio((low_own + u * (high_own - low_own) + left).max(0.0), held));
                 }
-                (low, low_own) = (high, high_own);
+                (low, low_own, low_core) = (high, high_own, high_core);
             }
             for step in (0..=BEYOND).rev() {
                 // At the very horizon a facet that faces the source has an infinite weight, and `b` is zero.

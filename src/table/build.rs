@@ -1,6 +1,7 @@
 //! From tallies to a table that keeps the energy of every node.
 
 use super::balance::Balance;
+use super::core::Cores;
 use super::floor::diffuse_albedo;
 use super::masking::Masking;
 use super::mesh::Mesh;
@@ -41,6 +42,8 @@ impl Table {
             masking: Masking::of(&scatter.statistics),
             nodes: Vec::new(),
             balance: Balance::default(),
+            cores: Cores::default(),
+            steps: None,
             provenance,
         };
         let scatter_of = [&table.subarea_ratio, &table.speckle_ratio].map(|ratio| relative_scatter(ratio, n));
@@ -86,6 +89,7 @@ impl Table {
         for (node, spread) in table.nodes.iter_mut().zip(spread) {
             node.albedo_error = node.albedo_error.hypot(spread);
         }
+        table.cores = Cores::of(&table);
         table.balance = Balance::of(&table);
         table
     }
@@ -169,7 +173,7 @@ fn cell_densities(
 /// the neighbour's value has the mean 3/4 and 1/4, so the mean over the cell weighs 1/8, 3/4, 1/8 along each axis, and
 /// `T_k - mean` is a sum of flows `w (T_k - T_j)` from each neighbour j. A cell that would give more than it has gives what it
 /// has: cut off at zero instead, the flows would add light wherever single facets stand alone.
-fn keep_cell_means(cells: &HalfVectorCells, density: &mut [f64]) {
+pub(super) fn keep_cell_means(cells: &HalfVectorCells, density: &mut [f64]) {
     let row = cells.row_length();
     let [side, corner] = [0.125 * 0.75, 0.125 * 0.125];
     let flows = [(1, side), (row, side), (row + 1, corner), (row - 1, corner)];
@@ -227,7 +231,7 @@ fn relative_error(scatter: &Scatter, tally: &Tally, cell: usize, by_subarea: Opt
 }
 
 /// Density of each part over that of the whole; 1 where the whole has none.
-fn ratios(parts: &[Vec<f64>], whole: &[f64]) -> Vec<Vec<f64>> {
+pub(super) fn ratios(parts: &[Vec<f64>], whole: &[f64]) -> Vec<Vec<f64>> {
     parts.iter().map(|part| part.iter().zip(whole).map(|(s, w)| if *w > 0.0 { s / w } else { 1.0 }).collect()).collect()
 }
 
@@ -240,7 +244,7 @@ fn mean(parts: &[Vec<f64>]) -> Vec<f64> {
 }
 
 /// Standard error of the mean over sub-areas, relative; `None` where the map has no single-bounce facet.
-fn relative_scatter(ratios: &[Vec<f64>], cells: usize) -> Vec<Option<f64>> {
+pub(super) fn relative_scatter(ratios: &[Vec<f64>], cells: usize) -> Vec<Option<f64>> {
     (0..cells)
         .map(|k| {
             let values: Vec<f64> = ratios.iter().map(|r| r[k]).collect();

@@ -81,8 +81,7 @@ impl Table {
         if wi.z <= HORIZON {
             return 0.0;
         }
-        let share: f64 = self.node_weights(wi).iter().map(|&(node, w)| w * self.nodes[node].core_share).sum();
-        share * self.material.reflectance(wi.z)
+        self.cores.share(self, &self.finder.place(wi), wi) * self.material.reflectance(wi.z)
     }
 
     /// Relative standard error of the specular core, and whether the nodes that serve `wi` are those of the wave calculation.

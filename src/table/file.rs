@@ -24,13 +24,15 @@
 //! | `masking` | f64 \[129\] | `cos Lambda(cos)` of G in [`Table`]'s formula at the cosines 0, 1/128 .. 1; not in version 2, where G = 1 |
 //! | `wave`, `specular_core_relative_se` | f64 \[T,P\] | 1 where the wave calculation served; error of its mirror beam |
 //! | `one_ray_share` | f64 \[T,P\] | share of the incident energy that one counted ray carried, 0 without rays; not in version 2 |
+//! | `height_steps` | f64 \[3\] | only if the heights come in steps and were spread evenly within them: step \[m\], angle between glints one step apart \[deg\], share of the facets that are the core with the heights as they are, less that of the table |
+//! | `height_steps_change` | f64 \[K\] | slope density with the heights as they are, less that of the table; with `height_steps` |
 //! | `albedo`, `albedo_se`, `absorbed`, `lost`, `multiple_bounce`, `shadowed` | f64 \[T,P\] | energy book |
 //!
 //! All little-endian, C order. Same table, same bytes.
 
 use super::masking::Masking;
 use super::nodes::Nodes;
-use super::{Node, Provenance, Table, balance::Balance};
+use super::{Node, Provenance, Steps, Table, balance::Balance, core::Cores};
 use crate::archive::{self, Archive};
 use crate::error::{Error, Fault, Result};
 use crate::npy;
@@ -122,6 +124,10 @@ impl Table {
                 npy::encode(&[self.speckle_ratio.len(), k], self.speckle_ratio.iter().flatten().copied()),
             ),
         ];
+        if let Some(steps) = &self.steps {
+            members.push(("height_steps", list(vec![steps.step, steps.glint_spacing.to_degrees(), steps.core])));
+            members.push(("height_steps_change", list(steps.change.clone())));
+        }
         for (name, field) in NODE_FIELDS {
             members.push((name, npy::encode(&[t, p], self.nodes.iter().map(|n| *field(&mut n.clone())))));
         }
@@ -210,6 +216,7 @@ impl Table {
                 .filter(|_| sound)
                 .ok_or_else(|| corrupt("masking is not 129 finite, non-negative numbers".to_owned()))?
         };
+        let steps = read_steps(&mut archive, k)?;
         let mut nodes = vec![Node::default(); n];
         for (name, field) in NODE_FIELDS {
             if header.version == OLDEST && name == "one_ray_share" {
@@ -236,11 +243,30 @@ impl Table {
             masking,
             nodes,
             balance: Balance::default(),
+            cores: Cores::default(),
+            steps,
             provenance: header.provenance,
         };
+        table.cores = Cores::of(&table);
         table.balance = Balance::of(&table);
         Ok(table)
     }
+}
+
+fn read_steps(archive: &mut Archive, cells: usize) -> std::result::Result<Option<Steps>, Fault> {
+    if !archive.names().iter().any(|name| name == "height_steps.npy") {
+        return Ok(None);
+    }
+    let facts = member::<f64>(archive, "height_steps", Some(3))?;
+    let change = member::<f64>(archive, "height_steps_change", Some(cells))?;
+    if facts.iter().chain(&change).any(|x| !x.is_finite())
+        || facts[..2].iter().any(|x| *x < 0.0)
+        || facts[2].abs() > 1.0
+    {
+        return Err(corrupt("height_steps is out of its range".to_owned()));
+    }
+    let (step, glint_spacing, core) = (facts[0], facts[1].to_radians(), facts[2]);
+    Ok(Some(Steps { step, glint_spacing, core, change }))
 }
 
 fn read_cells(archive: &mut Archive) -> std::result::Result<HalfVectorCells, Fault> {

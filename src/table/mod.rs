@@ -3,12 +3,14 @@
 mod angles;
 mod balance;
 mod build;
+mod core;
 mod eval;
 mod file;
 mod floor;
 mod masking;
 mod mesh;
 mod nodes;
+mod variants;
 
 pub(crate) use balance::{STEPS as BALANCE_STEPS, albedos, coarse_mesh, mesh};
 pub(crate) use eval::Incident;
@@ -17,6 +19,7 @@ pub(crate) use masking::Masking;
 pub(crate) use mesh::Mesh;
 pub use nodes::NodeWeights;
 pub(crate) use nodes::{BUCKETS, Nodes, Place, not_below, turn};
+pub use variants::Steps;
 
 use crate::optics::Material;
 use crate::scatter::{HalfVectorCells, Method};
@@ -49,7 +52,8 @@ pub struct Provenance {
 /// `F` is the albedo of the diffuse floor. `G T` is the density of lit, unhidden facets per unit slope area: `G` is
 /// Smith's factor of the measured slopes, which takes care of the horizon, and `T` is tabulated over
 /// half-vector cells for each incident direction and interpolated linearly in both axes, tan(theta_i) and the turn of
-/// phi_i; `R` is the Fresnel reflectance, never tabulated; `b` is 1 at the nodes and keeps the energy between them. The half
+/// phi_i; `R` is the Fresnel reflectance, never tabulated; the core runs as
+/// `exp(-a cos^2 theta_i)` between nodes, as a mirror beam does; `b` is 1 at the nodes and keeps the energy between them. The half
 /// vector fixes the facet (Torrance and Sparrow 1967), so lobes move with `wi` instead of fading from node to node. Outside
 /// the nodes the nearest one serves.
 ///
@@ -79,6 +83,10 @@ pub struct Table {
     pub(crate) nodes: Vec<Node>,
     /// Energy between the nodes, derived from `density`; not stored in the file.
     pub(crate) balance: balance::Balance,
+    /// The core between the nodes, derived from `nodes`.
+    pub(crate) cores: core::Cores,
+    /// The table with the heights as they are, where they come in steps and were spread within them.
+    pub(crate) steps: Option<Steps>,
     pub provenance: Provenance,
 }
 
@@ -149,40 +157,6 @@ impl Table {
     /// Number of sub-areas that carry the map-to-map error.
     pub fn subareas(&self) -> usize {
         self.subarea_ratio.len()
-    }
-
-    /// The table of one sub-area of the map: same nodes and the same energy, its own slope density.
-    ///
-    /// # Panics
-    /// If `k` is not below [`Table::subareas`].
-    pub fn of_subarea(&self, k: usize) -> Table {
-        let n = self.cells.len();
-        let mut table = self.clone();
-        table.subarea_ratio.clear();
-        table.speckle_ratio.clear();
-        for (node, t) in table.density.chunks_mut(n).enumerate() {
-            let ratios = self.ratios_of(node);
-            t.iter_mut().zip(&ratios[k % ratios.len()]).for_each(|(t, r)| *t *= r);
-        }
-        // A sub-area has other slopes, not another amount of light.
-        let own = balance::mirror_energies(&table);
-        for (node, (own, whole)) in own.into_iter().zip(&self.balance.own).enumerate() {
-            if own > 0.0 {
-                let range = table.node_range(node);
-                table.density[range].iter_mut().for_each(|t| *t *= whole / own);
-            }
-        }
-        table.balance = balance::Balance::of(&table);
-        table
-    }
-
-    /// What carries the map-to-map error of a node.
-    pub(crate) fn ratios_of(&self, node: usize) -> &[Vec<f64>] {
-        if self.nodes[node].wave > 0.5 && !self.speckle_ratio.is_empty() {
-            &self.speckle_ratio
-        } else {
-            &self.subarea_ratio
-        }
     }
 
     /// Range of a node's cells in `density` and `relative_error`.

@@ -1,6 +1,7 @@
 //! Do the heights come in steps?
 
 use crate::heightmap::HeightMap;
+use crate::math::random::CounterRng;
 
 /// The step of the heights, where it is coarse enough to be seen in the slopes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,6 +13,27 @@ pub struct Quantum {
     /// Angle between the two glints of facets one step apart in slope \[rad\]: `2 atan(step / pitch)`.
     pub glint_spacing: f64,
 }
+
+impl Quantum {
+    /// The steps of a map's heights, if there are few.
+    pub fn of(map: &HeightMap) -> Option<Quantum> {
+        find(map)
+    }
+
+    /// `h + (u - 1/2) step`, u uniform in `[0, 1)`, another one for every point: the heights spread evenly within their
+    /// steps, as a reading that was rounded to them may have been.
+    pub fn spread(&self, map: &HeightMap, seed: u64) -> HeightMap {
+        let mut spread = map.clone();
+        for ((row, column), h) in spread.heights.indexed_iter_mut() {
+            let item = (row as u64) << 32 | column as u64;
+            *h += ((CounterRng::four(seed, SPREAD, item)[0] - 0.5) * self.step) as f32;
+        }
+        spread
+    }
+}
+
+/// Stream of the random numbers that spread heights.
+const SPREAD: u32 = 0x5752_4541;
 
 /// More distinct differences than this are as good as a continuum: the step is below a twentieth of their spread.
 const MOST_DISTINCT: usize = 150;
@@ -94,6 +116,23 @@ mod tests {
         for step in [0.0, 1e-11] {
             assert!(rounded(step).iter().all(|map| find(map).is_none()), "{step}");
         }
+    }
+
+    /// The variance of `(u - 1/2) step` is `step^2 / 12`, and neighbours know nothing of each other.
+    #[test]
+    fn spread_heights_stay_within_half_a_step_and_have_none_left() {
+        let [map, _] = rounded(5e-9);
+        let q = Quantum::of(&map).unwrap();
+        let spread = q.spread(&map, 3);
+        let moved: Vec<f64> = spread.heights.iter().zip(&map.heights).map(|(a, b)| f64::from(a - b)).collect();
+        let n = moved.len() as f64;
+        let variance = moved.iter().map(|m| m * m).sum::<f64>() / n;
+        let beside = moved.windows(2).map(|m| m[0] * m[1]).sum::<f64>() / n;
+        assert!(moved.iter().all(|m| m.abs() < 0.501 * q.step));
+        assert!((variance / (q.step * q.step / 12.0) - 1.0).abs() < 0.02, "{variance}");
+        assert!((beside / variance).abs() < 4.0 / n.sqrt(), "{beside}");
+        assert_eq!(find(&spread), None);
+        assert_eq!(q.spread(&map, 3).heights, spread.heights);
     }
 
     #[test]

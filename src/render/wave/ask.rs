@@ -16,7 +16,7 @@ impl Wave<'_> {
         let (scene, count) = (self.scene, self.spots.len());
         let asks = self.options.estimator != Estimator::Brdf;
         for i in 0..count {
-            let stream = &mut self.streams[self.now.walkers[self.spots.ray[i]].path];
+            let stream = &mut self.streams[self.now.walkers[self.spots.ray[i] as usize].path];
             self.u[i] = stream.pair();
             let asks = asks && !self.spots.coat[i].is_delta();
             self.lamplight.set(i, asks.then(|| stream.pair()));
@@ -80,11 +80,12 @@ impl Wave<'_> {
             _ => pdf,
         };
         let lamp = &self.lamplight;
-        let walker = &self.now.walkers[self.spots.ray[i]];
+        let walker = &self.now.walkers[self.spots.ray[i] as usize];
         let light = lamp.radiance[i] * (f_r * self.spots.tint[i]) * (cos_theta / (lamp.pdf[i] + rival));
         self.bright.push((walker.path, walker.throughput * light));
         let direction = DVec3::new(lamp.direction[0][i], lamp.direction[1][i], lamp.direction[2][i]);
         let ray = Ray { origin: self.spots.at(i).0, direction };
-        self.shadows.push(&ray, self.spots.id[i], lamp.distance[i], lamp.target[i]);
+        let solids = [self.spots.solid[i], lamp.solid[i]];
+        self.shadows.push(&ray, self.spots.id[i], lamp.distance[i], lamp.target[i], solids);
     }
 }

@@ -20,6 +20,8 @@ pub(super) struct Lamplight {
     pub pdf: Column<f64>,
     pub radiance: Column<DVec3>,
     pub target: Column<Option<Id>>,
+    /// [`Id::solid`] of it.
+    pub solid: Column<f64>,
 }
 
 /// Spheres, and densities of the draws in their cones.
@@ -42,6 +44,7 @@ impl Default for Lamplight {
             pdf: zeros,
             radiance: [DVec3::ZERO; WAVE],
             target: [None; WAVE],
+            solid: [-1.0; WAVE],
         }
     }
 }
@@ -98,7 +101,7 @@ impl Lamplight {
             if let Some((sphere, paint, id)) = lights.ball(light) {
                 self.pdf[i] *= self.balls.pdf[i];
                 self.radiance[i] = paint.colour(|| sphere.uv(at(point) + self.distance[i] * at(&self.direction)));
-                self.target[i] = id;
+                (self.target[i], self.solid[i]) = (id, Id::solid(id));
                 continue;
             }
             let Some(sample) = lights.sample(light as usize, at(point), [self.u[0][i], self.u[1][i]]) else {
@@ -109,7 +112,8 @@ impl Lamplight {
                 self.direction[axis][i] = sample.direction[axis];
             }
             self.pdf[i] *= sample.pdf;
-            (self.distance[i], self.radiance[i], self.target[i]) = (sample.distance, sample.radiance, sample.id);
+            (self.distance[i], self.radiance[i]) = (sample.distance, sample.radiance);
+            (self.target[i], self.solid[i]) = (sample.id, Id::solid(sample.id));
         }
     }
 

@@ -7,20 +7,22 @@ mod ask;
 mod lamplight;
 #[cfg(test)]
 mod one_by_one;
+mod order;
 mod pairs;
 mod spots;
 mod turn;
 
 use super::integrator::{Estimator, RenderOptions};
-use super::rays::{Column, LANES, Rays, Shadows, WAVE};
+use super::rays::{Column, Hits, LANES, Rays, Shadows, WAVE};
 use super::reach::Asking;
-use super::scene::{Finish, Hit, Scene};
+use super::scene::{Finish, Scene};
 use super::shape::Ray;
 use super::stream::PathStream;
 use crate::math::frame::DVec3;
 use crate::optics::BrdfSample;
 use fearless_simd::Simd;
 use lamplight::Lamplight;
+use order::Order;
 use pairs::Pairs;
 use spots::Spots;
 use turn::Turns;
@@ -56,7 +58,8 @@ pub(super) struct Wave<'w> {
     pub(super) longest: u32,
     now: Steps,
     next: Steps,
-    hits: Column<Option<Hit>>,
+    hits: Hits,
+    order: Order,
     spots: Spots<'w>,
     lamplight: Lamplight,
     shadows: Shadows,
@@ -73,7 +76,8 @@ pub(super) struct Wave<'w> {
 /// Rays with their paths.
 #[derive(Default)]
 struct Steps {
-    rays: Rays,
+    /// In a box, so that two lists can change places.
+    rays: Box<Rays>,
     walkers: Vec<Walker>,
 }
 
@@ -87,7 +91,8 @@ impl<'w> Wave<'w> {
             longest: 0,
             now: Steps::default(),
             next: Steps::default(),
-            hits: [None; WAVE],
+            hits: Hits::default(),
+            order: Order::default(),
             spots: Spots::default(),
             lamplight: Lamplight::default(),
             shadows: Shadows::default(),
@@ -105,7 +110,7 @@ impl<'w> Wave<'w> {
     pub(super) fn push(&mut self, ray: &Ray, stream: PathStream<'w>) -> bool {
         let path = self.streams.len();
         self.streams.push(stream);
-        self.now.rays.push(ray, None);
+        self.now.rays.push(ray, None, -1.0);
         self.now.walkers.push(Walker { path, throughput: DVec3::ONE, first_weight: 1.0, drawn: None });
         path + 1 == WAVE
     }
@@ -145,7 +150,7 @@ impl<'w> Wave<'w> {
                 let j = from + kept.trailing_zeros() as usize;
                 kept &= kept - 1;
                 if j < self.now.rays.len() {
-                    self.next.rays.push(&self.now.rays.get(j), self.now.rays.leaving(j));
+                    self.next.rays.push_from(&self.now.rays, j);
                     self.next.walkers.push(self.now.walkers[j]);
                 }
             }
@@ -158,33 +163,52 @@ impl<'w> Wave<'w> {
     fn meet<S: Simd>(&mut self, simd: S, go_on: bool) {
         let scene = self.scene;
         scene.closest(simd, &self.now.rays, &mut self.hits);
+        self.order.sort(&self.hits.surface[..self.now.rays.len()], scene.surfaces());
         self.spots.clear(scene.groups());
-        for j in 0..self.now.rays.len() {
-            let (walker, ray) = (&self.now.walkers[j], self.now.rays.get(j));
-            let Some(hit) = &self.hits[j] else {
-                let mut light = scene.sky;
-                if let Some((surroundings, met)) = scene.lights.surroundings(ray.direction) {
-                    light += self.emitter_weight(simd, walker, ray.origin, surroundings, met.pdf) * met.radiance;
+        for number in 0..scene.surfaces() {
+            let run = self.order.run(number);
+            if run.is_empty() {
+                continue;
+            }
+            let Some(id) = scene.surface(number as u32) else {
+                for k in run {
+                    self.leave(simd, self.order.list[k] as usize);
                 }
-                self.radiance[walker.path] += walker.throughput * light;
                 continue;
             };
-            match scene.finish(hit.id) {
+            match scene.finish(id) {
                 Finish::Emits(light) => {
-                    let met = scene.meet_light(light, &ray, hit);
-                    let weight = self.emitter_weight(simd, walker, ray.origin, light, met.pdf);
-                    self.radiance[walker.path] += weight * walker.throughput * met.radiance;
+                    for k in run {
+                        self.meet_lamp(simd, light, self.order.list[k] as usize);
+                    }
                 }
-                Finish::Reflects(cover) if go_on => {
-                    let point = || ray.at(hit.t);
-                    let (coat, tint) =
-                        scene.cover(cover).at(|| scene.uv(hit, point()), || scene.place_in(hit, point()));
-                    self.spots.add(j, coat, tint);
+                Finish::Reflects(_) if go_on => {
+                    self.spots.add(scene, id, run, &self.now.rays, &self.hits, &mut self.order.list);
                 }
                 Finish::Reflects(_) => {}
             }
         }
-        self.spots.arrange(simd, scene, &self.now.rays, &self.hits);
+        self.spots.arrange(simd, scene, &self.now.rays, &self.hits, &self.order.list);
+    }
+
+    /// Takes in what surrounds the scene.
+    #[inline(always)]
+    fn leave<S: Simd>(&mut self, simd: S, j: usize) {
+        let (scene, walker, ray) = (self.scene, &self.now.walkers[j], self.now.rays.get(j));
+        let mut light = scene.sky;
+        if let Some((surroundings, met)) = scene.lights.surroundings(ray.direction) {
+            light += self.emitter_weight(simd, walker, ray.origin, surroundings, met.pdf) * met.radiance;
+        }
+        self.radiance[walker.path] += walker.throughput * light;
+    }
+
+    #[inline(always)]
+    fn meet_lamp<S: Simd>(&mut self, simd: S, light: usize, j: usize) {
+        let (scene, walker, ray) = (self.scene, &self.now.walkers[j], self.now.rays.get(j));
+        let Some(hit) = scene.hit(&self.hits, j) else { return };
+        let met = scene.meet_light(light, &ray, &hit);
+        let weight = self.emitter_weight(simd, walker, ray.origin, light, met.pdf);
+        self.radiance[walker.path] += weight * walker.throughput * met.radiance;
     }
 
     /// Share of the BRDF draw in an emitter that both strategies find: `p_brdf / (p_brdf + p_light)`.

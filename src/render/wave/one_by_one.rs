@@ -3,7 +3,7 @@
 use super::super::camera::Camera;
 use super::super::integrator::{Estimator, RenderOptions};
 use super::super::light::LightSample;
-use super::super::material::Coat;
+use super::super::material::{Coat, odd_cell};
 use super::super::rays::{Column, WAVE};
 use super::super::reach::{Asking, Asks, Pick, Scratch};
 use super::super::scene::{Finish, Hit, Id, Scene};
@@ -39,8 +39,7 @@ fn closest(scene: &Scene, ray: &Ray, leaving: Option<Id>) -> Option<Hit> {
             hit = Some(Hit { t, id, weights: [0.0; 2] });
         }
     }
-    scene.nearer(ray, leaving, &mut hit);
-    hit
+    scene.nearer(ray, leaving, t).or(hit)
 }
 
 /// Whether anything but its start and `target` stands before `distance`.
@@ -133,7 +132,14 @@ fn trace(scene: &Scene, mut ray: Ray, stream: &mut PathStream, options: &RenderO
         }
         let Some(spot) = Spot::new(scene, &hit, ray.at(hit.t), -ray.direction) else { break };
         let point = ray.at(hit.t);
-        let (coat, tint) = cover.at(|| scene.uv(&hit, point), || scene.place_in(&hit, point));
+        let (coat, tint) = match cover {
+            Cover::Plain(coat) => (coat, coat.tint()),
+            Cover::Painted(coat, paint) => (coat, coat.tint() * paint.colour(|| scene.uv(hit.id, hit.weights, point))),
+            Cover::Checker(coats, size) => {
+                let coat = &coats[usize::from(odd_cell(scene.place_in(hit.id, point), 1.0 / size))];
+                (coat, coat.tint())
+            }
+        };
         let at = Asking { point, normal: spot.z };
         let u = stream.pair();
         let mut total = 0.0;

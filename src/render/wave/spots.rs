@@ -1,31 +1,35 @@
 //! Where the paths of a wave meet something that reflects, in order of materials.
 
-use super::super::material::Coat;
-use super::super::rays::{Column, LANES, Lanes3, Rays, WAVE, cross, dot_lanes, load, store};
-use super::super::scene::{Hit, Id, Scene};
+use super::super::material::{Coat, Cover, odd_cell};
+use super::super::paint::Paint;
+use super::super::rays::{Column, Hits, LANES, Lanes3, Rays, WAVE, cross, dot_lanes, load, store};
+use super::super::scene::{Finish, Hit, Id, Scene};
 use super::super::spot::Spot;
 use crate::math::frame::DVec3;
 use fearless_simd::{Simd, f64x8, prelude::*};
 use std::ops::Range;
 
-/// A place where a ray is reflected.
-#[derive(Clone, Copy)]
-struct Found<'a> {
-    ray: usize,
+/// Rays that meet one coat on one surface.
+struct Patch<'a> {
+    id: Id,
     coat: &'a Coat<'a>,
-    tint: DVec3,
+    paint: Option<&'a Paint>,
+    /// The range of their numbers in the list of rays.
+    rays: Range<usize>,
 }
 
 /// The places of all rays of a step with the frames of their materials, in columns. Their numbers count in order of
-/// materials, and within one in order of rays.
+/// materials, and within one in order of surfaces.
 pub(super) struct Spots<'a> {
-    found: Vec<Found<'a>>,
+    patches: Vec<Patch<'a>>,
     /// Where the numbers of each group end, while they are counted: how many there are.
     ends: Vec<usize>,
     len: usize,
     /// Numbers of the rays.
-    pub ray: Column<usize>,
+    pub ray: Column<u32>,
     pub id: Column<Id>,
+    /// [`Id::solid`] of it.
+    pub solid: Column<f64>,
     pub point: [Column<f64>; 3],
     /// Axes x and z of the frame: z is the normal on the side that is seen.
     x: [Column<f64>; 3],
@@ -47,11 +51,12 @@ impl Default for Spots<'_> {
     fn default() -> Self {
         let zeros = [[0.0; WAVE]; 3];
         Spots {
-            found: Vec::with_capacity(WAVE),
+            patches: Vec::with_capacity(WAVE),
             ends: Vec::new(),
             len: 0,
             ray: [0; WAVE],
             id: [Id::Disc(0); WAVE],
+            solid: [-1.0; WAVE],
             point: zeros,
             x: zeros,
             z: zeros,
@@ -70,59 +75,104 @@ impl<'a> Spots<'a> {
     /// Empties the list for materials of so many groups.
     #[inline]
     pub fn clear(&mut self, groups: usize) {
-        self.found.clear();
+        self.patches.clear();
         self.ends.clear();
         self.ends.resize(groups, 0);
         self.len = 0;
     }
 
-    /// Adds what ray number `ray` met.
+    /// Adds the rays in the range `run` of the list `order`, all of which met the surface `id`.
     #[inline(always)]
-    pub fn add(&mut self, ray: usize, coat: &'a Coat<'a>, tint: DVec3) {
-        self.ends[coat.group()] += 1;
-        self.found.push(Found { ray, coat, tint });
+    pub fn add(
+        &mut self,
+        scene: &'a Scene<'a>,
+        id: Id,
+        run: Range<usize>,
+        rays: &Rays,
+        hits: &Hits,
+        order: &mut [u32],
+    ) {
+        let Finish::Reflects(cover) = scene.finish(id) else { return };
+        match scene.cover(cover) {
+            Cover::Plain(coat) => self.lay(Patch { id, coat, paint: None, rays: run }),
+            Cover::Painted(coat, paint) => self.lay(Patch { id, coat, paint: Some(paint), rays: run }),
+            Cover::Checker(coats, size) => {
+                let (inverse, mut odd) = (1.0 / size, [false; WAVE]);
+                for (odd, &ray) in odd.iter_mut().zip(&order[run.clone()]) {
+                    let point = rays.get(ray as usize).at(hits.t[ray as usize]);
+                    *odd = odd_cell(scene.place_in(id, point), inverse);
+                }
+                let middle = run.start + part(&mut order[run.clone()], &odd);
+                self.lay(Patch { id, coat: &coats[0], paint: None, rays: run.start..middle });
+                self.lay(Patch { id, coat: &coats[1], paint: None, rays: middle..run.end });
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn lay(&mut self, patch: Patch<'a>) {
+        self.ends[patch.coat.group()] += patch.rays.len();
+        self.len += patch.rays.len();
+        self.patches.push(patch);
     }
 
     /// Numbers the places and finds their frames.
     #[inline(always)]
-    pub fn arrange<S: Simd>(&mut self, simd: S, scene: &Scene, rays: &Rays, hits: &Column<Option<Hit>>) {
+    pub fn arrange<S: Simd>(&mut self, simd: S, scene: &Scene, rays: &Rays, hits: &Hits, order: &[u32]) {
         let mut start = 0;
         for end in &mut self.ends {
             start += std::mem::replace(end, start);
         }
-        self.len = self.found.len();
         self.on_mesh.clear();
         self.coat.clear();
-        if let Some(first) = self.found.first() {
+        if let Some(first) = self.patches.first() {
             self.coat.resize(self.len, first.coat);
         }
-        for found in &self.found {
-            let end = &mut self.ends[found.coat.group()];
-            let i = *end;
-            *end += 1;
-            let ray = rays.get(found.ray);
-            let Some(hit) = &hits[found.ray] else { continue };
-            let (normal, along, radius) = scene.shape(hit.id);
-            if let Id::Triangle { .. } = hit.id {
-                self.on_mesh.push(i);
-            }
-            let point = ray.at(hit.t);
+        for patch in &self.patches {
+            let end = &mut self.ends[patch.coat.group()];
+            let places = *end..*end + patch.rays.len();
+            *end = places.end;
+            let (normal, along, radius) = scene.shape(patch.id);
             for axis in 0..3 {
-                self.point[axis][i] = point[axis];
-                self.view[axis][i] = -ray.direction[axis];
-                self.z[axis][i] = normal[axis];
-                self.x[axis][i] = along[axis];
+                self.z[axis][places.clone()].fill(normal[axis]);
+                self.x[axis][places.clone()].fill(along[axis]);
             }
-            self.radius[i] = radius;
-            (self.ray[i], self.id[i], self.coat[i], self.tint[i]) = (found.ray, hit.id, found.coat, found.tint);
+            self.radius[places.clone()].fill(radius);
+            self.coat[places.clone()].fill(patch.coat);
+            self.tint[places.clone()].fill(patch.coat.tint());
+            self.id[places.clone()].fill(patch.id);
+            self.solid[places.clone()].fill(Id::solid(Some(patch.id)));
+            self.ray[places.clone()].copy_from_slice(&order[patch.rays.clone()]);
+            for i in places.clone() {
+                let number = self.ray[i] as usize;
+                let ray = rays.get(number);
+                let point = ray.at(hits.t[number]);
+                for axis in 0..3 {
+                    self.point[axis][i] = point[axis];
+                    self.view[axis][i] = -ray.direction[axis];
+                }
+            }
+            if let Id::Triangle { mesh, .. } = patch.id {
+                for i in places.clone() {
+                    self.id[i] = Id::Triangle { mesh, triangle: hits.triangle[self.ray[i] as usize] };
+                }
+                self.on_mesh.extend(places.clone());
+            }
+            if let Some(paint) = patch.paint {
+                for i in places {
+                    let weights = hits.weights[self.ray[i] as usize];
+                    let point = DVec3::new(self.point[0][i], self.point[1][i], self.point[2][i]);
+                    self.tint[i] = patch.coat.tint() * paint.colour(|| scene.uv(patch.id, weights, point));
+                }
+            }
         }
         for from in (0..self.len).step_by(LANES) {
             self.frames(simd, from);
         }
         for k in 0..self.on_mesh.len() {
             let i = self.on_mesh[k];
-            if let Some(hit) = &hits[self.ray[i]] {
-                self.frame_on_mesh(scene, hit, i);
+            if let Some(hit) = scene.hit(hits, self.ray[i] as usize) {
+                self.frame_on_mesh(scene, &hit, i);
             }
         }
     }
@@ -207,7 +257,8 @@ impl<'a> Spots<'a> {
     pub fn to_world<S: Simd>(&self, simd: S, from: usize, w: &Lanes3<S>) -> Lanes3<S> {
         let (x, z) = (load(simd, &self.x, from), load(simd, &self.z, from));
         let y = cross(&z, &x);
-        [0, 1, 2].map(|k| w[0] * x[k] + w[1] * y[k] + w[2] * z[k])
+        let along = |k: usize| w[0].mul_add(x[k], w[1].mul_add(y[k], w[2] * z[k]));
+        [along(0), along(1), along(2)]
     }
 
     /// A bit for each direction in space that leaves the surface on the side that is seen: past an interpolated normal it may
@@ -223,4 +274,19 @@ impl<'a> Spots<'a> {
 #[inline(always)]
 fn lanes_of(count: usize) -> u64 {
     (1 << count.min(LANES)) - 1
+}
+
+/// Puts the numbers that are not marked before those that are; how many they are. Without a branch: marks are as good as
+/// random.
+#[inline(always)]
+fn part(numbers: &mut [u32], marks: &[bool; WAVE]) -> usize {
+    let (mut marked, mut first, mut second) = ([0; WAVE], 0, 0);
+    for k in 0..numbers.len() {
+        let (number, mark) = (numbers[k], usize::from(marks[k]));
+        (numbers[first], marked[second]) = (number, number);
+        first += 1 - mark;
+        second += mark;
+    }
+    numbers[first..].copy_from_slice(&marked[..second]);
+    first
 }

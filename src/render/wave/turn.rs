@@ -167,7 +167,7 @@ impl Wave<'_> {
 
     #[inline(always)]
     fn follow(&mut self, i: usize, direction: DVec3, reflection: u32) {
-        let walker = &self.now.walkers[self.spots.ray[i]];
+        let walker = &self.now.walkers[self.spots.ray[i] as usize];
         let mut throughput = walker.throughput * (self.turns.weight[i] * self.spots.tint[i]);
         if throughput == DVec3::ZERO {
             return;
@@ -184,7 +184,7 @@ impl Wave<'_> {
         let (point, normal) = self.spots.at(i);
         let pdf = self.turns.pdf[i];
         let drawn = Drawn { pdf, normal, total: self.lamplight.picks[i].total };
-        self.next.rays.push(&Ray { origin: point, direction }, Some(self.spots.id[i]));
+        self.next.rays.push(&Ray { origin: point, direction }, Some(self.spots.id[i]), self.spots.solid[i]);
         let drawn = (pdf < f64::INFINITY).then_some(drawn);
         self.next.walkers.push(Walker { path: walker.path, throughput, first_weight, drawn });
     }

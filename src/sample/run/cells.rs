@@ -5,56 +5,56 @@ use super::super::grid::piece as piece_f64;
 use super::super::hats::LEAST_SQUARE;
 use super::super::slots::{Range, STEPS, Slot, place};
 use super::super::table_brdf::TableBrdf;
+use super::Lanes;
 use super::sources::SourceLanes;
-use super::{Lanes, RUN};
 use crate::scatter::axis::{at_least, at_most};
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use glam::Vec4;
 
 /// Slopes drawn by a run.
-pub(super) struct Places {
+pub(super) struct Places<const N: usize> {
     /// Along both axes, in core cells.
-    pub x: [Lanes<f32>; 2],
+    pub x: [Lanes<f32, N>; 2],
     /// The cell at or below, and the shares of the next column and row.
-    pub from: Lanes<u32>,
-    pub shares: [Lanes<f32>; 2],
+    pub from: Lanes<u32, N>,
+    pub shares: [Lanes<f32, N>; 2],
     /// Of a table with a core or a floor: 1 where the core is drawn instead, and what the nodes say of both.
-    pub core: Lanes<u32>,
-    pub blend: Lanes<Vec4>,
+    pub core: Lanes<u32, N>,
+    pub blend: Lanes<Vec4, N>,
 }
 
-impl Default for Places {
+impl<const N: usize> Default for Places<N> {
     #[inline(always)]
     fn default() -> Self {
-        let narrow = [0.0; RUN];
+        let narrow = [0.0; N];
         let both = [narrow; 2];
-        Places { x: both, from: [0; RUN], shares: both, core: [0; RUN], blend: [Vec4::ZERO; RUN] }
+        Places { x: both, from: [0; N], shares: both, core: [0; N], blend: [Vec4::ZERO; N] }
     }
 }
 
 /// What alias columns give.
-struct Drawn {
+struct Drawn<const N: usize> {
     /// As in a slot.
-    cells: Lanes<u32>,
+    cells: Lanes<u32, N>,
     /// What is left of both numbers.
-    across: Lanes<f32>,
-    along: Lanes<f32>,
+    across: Lanes<f32, N>,
+    along: Lanes<f32, N>,
     /// Where the floor is drawn instead, what is left of the second number; below 0 elsewhere.
-    floor: Lanes<f64>,
+    floor: Lanes<f64, N>,
 }
 
-impl Places {
+impl<const N: usize> Places<N> {
     /// Draws for the numbers `u`.
     #[simd]
-    pub fn draw<S: Simd>(&mut self, simd: S, brdf: &TableBrdf, sources: &SourceLanes, u: &Lanes<[f64; 2]>) {
-        let narrow = [0.0; RUN];
-        let mut drawn = Drawn { cells: [0; RUN], across: narrow, along: narrow, floor: [-1.0; RUN] };
+    pub fn draw<S: Simd>(&mut self, simd: S, brdf: &TableBrdf, sources: &SourceLanes<N>, u: &Lanes<[f64; 2], N>) {
+        let narrow = [0.0; N];
+        let mut drawn = Drawn { cells: [0; N], across: narrow, along: narrow, floor: [-1.0; N] };
         self.cells(simd, brdf, sources, u, &mut drawn);
         self.under_tents(simd, brdf, 0, &drawn.cells, &drawn.across);
         self.under_tents(simd, brdf, 1, &drawn.cells, &drawn.along);
         if !brdf.glossy {
-            for j in 0..RUN {
+            for j in 0..N {
                 if drawn.floor[j] >= 0.0 {
                     self.on_the_floor(brdf, sources, j, [u[j][0], drawn.floor[j]]);
                 }
@@ -64,7 +64,7 @@ impl Places {
 
     /// A draw by the cosine, as the slope that mirrors it: from there on it is a draw like the others.
     #[inline(never)]
-    fn on_the_floor(&mut self, brdf: &TableBrdf, s: &SourceLanes, j: usize, u: [f64; 2]) {
+    fn on_the_floor(&mut self, brdf: &TableBrdf, s: &SourceLanes<N>, j: usize, u: [f64; 2]) {
         let wo = by_the_cosine(u);
         let per_z = -1.0 / (s.z[j] + wo.z);
         let slope = [per_z * (s.x[j] + wo.x), per_z * (s.y[j] + wo.y)];
@@ -83,20 +83,20 @@ impl Places {
         &mut self,
         simd: S,
         brdf: &TableBrdf,
-        sources: &SourceLanes,
-        u: &Lanes<[f64; 2]>,
-        drawn: &mut Drawn,
+        sources: &SourceLanes<N>,
+        u: &Lanes<[f64; 2], N>,
+        drawn: &mut Drawn<N>,
     ) {
-        let mut left = [0.0f64; RUN];
-        let mut node = [0u32; RUN];
-        for j in 0..RUN {
+        let mut left = [0.0f64; N];
+        let mut node = [0u32; N];
+        for j in 0..N {
             let (take, rest) = choose(sources.second[j], u[j][1]);
             node[j] = sources.theta[j] + take;
             left[j] = rest;
         }
         let phis = brdf.table.phi_i().len();
         if phis > 1 {
-            for j in 0..RUN {
+            for j in 0..N {
                 let (take, rest) = choose(sources.second_azimuth[j], left[j]);
                 let phi = if take == 0 { sources.phi[0][j] } else { sources.phi[1][j] };
                 node[j] = node[j] * phis as u32 + phi;
@@ -106,12 +106,12 @@ impl Places {
         if !brdf.glossy {
             let last = brdf.facts.len() - 1;
             sources.blend(simd, brdf, &mut self.blend);
-            let mut facts = [[0.0f32; 2]; RUN];
-            for j in 0..RUN {
+            let mut facts = [[0.0f32; 2]; N];
+            for j in 0..N {
                 let here = brdf.facts[(node[j] as usize).min(last)];
                 facts[j] = [here.x, here.y];
             }
-            for j in 0..RUN {
+            for j in 0..N {
                 let [core, floor] = facts[j].map(f64::from);
                 let beyond = left[j] - core;
                 self.core[j] = u32::from(beyond < 0.0);
@@ -121,27 +121,27 @@ impl Places {
                 left[j] = if rest > 0.0 { rest } else { 0.0 };
             }
         }
-        for j in 0..RUN {
+        for j in 0..N {
             drawn.along[j] = left[j] as f32;
         }
         let last = brdf.slots.nodes.len() - 1;
-        let mut range = [Range::default(); RUN];
-        for j in 0..RUN {
+        let mut range = [Range::default(); N];
+        for j in 0..N {
             range[j] = brdf.slots.nodes[(node[j] as usize).min(last)];
         }
-        let (mut slot, mut rest) = ([0u32; RUN], [0u32; RUN]);
-        for j in 0..RUN {
+        let (mut slot, mut rest) = ([0u32; N], [0u32; N]);
+        for j in 0..N {
             let count = f64::from(range[j].count as i32);
             // The whole part, and the rest in steps of 2^-32: whatever of the number is finer is lost on a cell.
             let (column, beyond) = piece_f64(place(u[j][0], count) + 0.5);
             slot[j] = range[j].first + (column as u32 - 1);
             rest[j] = piece_f64(at_most(at_least((beyond + 0.5) * STEPS, 0.0), STEPS - 1.0)).0 as u32;
         }
-        let mut slots = [Slot::default(); RUN];
-        for j in 0..RUN {
+        let mut slots = [Slot::default(); N];
+        for j in 0..N {
             slots[j] = brdf.slots.slots[slot[j] as usize];
         }
-        for j in 0..RUN {
+        for j in 0..N {
             let [threshold, alias, own, beyond] = slots[j].words;
             let keep = rest[j] < threshold;
             let (before, width) = if keep { (0, threshold) } else { (threshold, beyond) };
@@ -152,19 +152,19 @@ impl Places {
 
     /// Places under the tents of one axis.
     #[simd]
-    fn under_tents<S: Simd>(&mut self, _: S, brdf: &TableBrdf, axis: usize, cells: &Lanes<u32>, u: &Lanes<f32>) {
+    fn under_tents<S: Simd>(&mut self, _: S, brdf: &TableBrdf, axis: usize, cells: &Lanes<u32, N>, u: &Lanes<f32, N>) {
         let (tents, edges) = (&brdf.hats.tents[axis][..], &brdf.hats.edges[axis][..]);
         let stride = if axis == 0 { 1 } else { brdf.slabs.grid.row as u32 };
-        let mut number = [0u32; RUN];
-        for j in 0..RUN {
+        let mut number = [0u32; N];
+        for j in 0..N {
             number[j] = cells[j] >> (16 * axis) & 0xffff;
         }
-        let mut edge = [[0.0f32; 4]; RUN];
-        for j in 0..RUN {
+        let mut edge = [[0.0f32; 4]; N];
+        for j in 0..N {
             edge[j] = edges[number[j] as usize];
         }
-        let (mut piece, mut share, mut one) = ([0u32; RUN], [0.0f32; RUN], [0.0f32; RUN]);
-        for j in 0..RUN {
+        let (mut piece, mut share, mut one) = ([0u32; N], [0.0f32; N], [0.0f32; N]);
+        for j in 0..N {
             let [left, low, high, same] = edge[j];
             let beyond = u[j] >= left;
             one[j] = if beyond { 1.0 } else { 0.0 };
@@ -173,11 +173,11 @@ impl Places {
             piece[j] = if beyond { 2 } else { 0 } + u32::from(share[j] >= foot);
             self.from[j] += stride * (number[j] - u32::from(!beyond));
         }
-        let mut pieces = [[0.0f32; 4]; RUN];
-        for j in 0..RUN {
+        let mut pieces = [[0.0f32; 4]; N];
+        for j in 0..N {
             pieces[j] = tents[number[j] as usize].pieces[(piece[j] & 3) as usize];
         }
-        for j in 0..RUN {
+        for j in 0..N {
             let [place, slope, square, rise] = pieces[j];
             let square = square + share[j] * rise;
             let square = if square > LEAST_SQUARE { square } else { LEAST_SQUARE };

@@ -4,7 +4,7 @@ use super::super::sources::COSINES;
 use super::super::table_brdf::TableBrdf;
 use super::cells::Places;
 use super::sources::SourceLanes;
-use super::{Lanes, RUN, piece};
+use super::{Lanes, piece};
 use crate::optics::Material;
 use crate::optics::fresnel::{conductor_of_square, dielectric_of_square};
 use crate::scatter::axis::{at_least, at_most};
@@ -13,42 +13,40 @@ use fearless_simd_macros::simd;
 use std::f64::consts::PI;
 
 /// Mirror directions of a run.
-pub(super) struct Draws {
-    pub x: Lanes<f64>,
-    pub y: Lanes<f64>,
-    pub z: Lanes<f64>,
-    pub pdf: Lanes<f64>,
-    pub weight: Lanes<f64>,
+pub(super) struct Draws<const N: usize> {
+    pub x: Lanes<f64, N>,
+    pub y: Lanes<f64, N>,
+    pub z: Lanes<f64, N>,
+    pub pdf: Lanes<f64, N>,
+    pub weight: Lanes<f64, N>,
     /// `cos_beta / cos_theta_h`: above 0 if the facet faces the source.
-    pub lean: Lanes<f64>,
-    /// Of the facet, or of the core where that is drawn.
-    pub reflectance: Lanes<f64>,
+    pub lean: Lanes<f64, N>,
 }
 
-impl Default for Draws {
+impl<const N: usize> Default for Draws<N> {
     #[inline(always)]
     fn default() -> Self {
-        let zero = [0.0; RUN];
-        Draws { x: zero, y: zero, z: zero, pdf: zero, weight: zero, lean: zero, reflectance: [1.0; RUN] }
+        let zero = [0.0; N];
+        Draws { x: zero, y: zero, z: zero, pdf: zero, weight: zero, lean: zero }
     }
 }
 
-impl Draws {
+impl<const N: usize> Draws<N> {
     /// Mirrors the sources at the slopes of `places`, where the table holds density and density of draws `found`.
     #[simd]
     pub fn reflect<S: Simd>(
         &mut self,
         simd: S,
         brdf: &TableBrdf,
-        s: &SourceLanes,
-        places: &Places,
-        found: &Lanes<[f32; 2]>,
+        s: &SourceLanes<N>,
+        places: &Places<N>,
+        found: &Lanes<[f32; 2], N>,
     ) {
         let (d, table) = (self, &brdf.table);
-        let zero = [0.0f64; RUN];
+        let zero = [0.0f64; N];
         let (mut cos2_beta, mut density, mut draws, mut per_draw) = (zero, zero, zero, zero);
-        let (mut cosine, mut above) = ([0u32; RUN], [0.0f32; RUN]);
-        for j in 0..RUN {
+        let (mut cosine, mut above) = ([0u32; N], [0.0f32; N]);
+        for j in 0..N {
             let (p, q) = table.cells.slope_of([f64::from(places.x[0][j]), f64::from(places.x[1][j])]);
             let lean = s.z[j] - p * s.x[j] - q * s.y[j];
             let steepness = 1.0 + p * p + q * q;
@@ -64,31 +62,27 @@ impl Draws {
             cos2_beta[j] = at_most(at_least(0.5 * lean * scale, 0.0), 1.0);
             (cosine[j], above[j]) = piece(at_least(d.z[j], 0.0) as f32 * COSINES as f32 + 0.5);
         }
-        let mut masked = [[0.0f32; 2]; RUN];
-        for j in 0..RUN {
+        let mut masked = [[0.0f32; 2]; N];
+        for j in 0..N {
             masked[j] = brdf.source_tables.masking[cosine[j] as usize & (2 * COSINES - 1)];
         }
-        if !brdf.glossy {
-            for j in 0..RUN {
-                cos2_beta[j] = if places.core[j] > 0 { s.z[j] * s.z[j] } else { cos2_beta[j] };
-            }
-        }
-        reflectances(simd, &table.material, &cos2_beta, &mut d.reflectance);
+        let mut reflectance = [1.0; N];
+        reflectances(simd, &table.material, &cos2_beta, &mut reflectance);
         let mut below = zero;
-        for j in 0..RUN {
+        for j in 0..N {
             let z = d.z[j];
             let hidden = f64::from(masked[j][0] + above[j] * masked[j][1]);
             let cosines = (s.z[j] + f64::from(s.masked[j])) * z + s.z[j] * hidden;
-            density[j] *= f64::from(s.balance[j]) * d.reflectance[j] * d.lean[j] * z;
+            density[j] *= f64::from(s.balance[j]) * reflectance[j] * d.lean[j] * z;
             below[j] = cosines;
         }
         if brdf.glossy {
-            for j in 0..RUN {
+            for j in 0..N {
                 d.weight[j] = density[j] / (below[j] * draws[j]);
                 d.pdf[j] = draws[j] * per_draw[j];
             }
         } else {
-            for j in 0..RUN {
+            for j in 0..N {
                 // The floor sends light here as well, and draws; where it does so alone the rest is 0.
                 let [_, floor, diffuse, _] = places.blend[j].to_array().map(f64::from);
                 d.pdf[j] = draws[j] * per_draw[j] + floor * d.z[j] * (1.0 / PI);
@@ -100,16 +94,21 @@ impl Draws {
 
 /// [`Material::reflectance_of_square`] of a run; `reflectance` is 1 before.
 #[simd]
-pub(super) fn reflectances<S: Simd>(_: S, material: &Material, cos2_beta: &Lanes<f64>, reflectance: &mut Lanes<f64>) {
+pub(super) fn reflectances<S: Simd, const N: usize>(
+    _: S,
+    material: &Material,
+    cos2_beta: &Lanes<f64, N>,
+    reflectance: &mut Lanes<f64, N>,
+) {
     match *material {
         Material::Mirror => {}
         Material::Dielectric { n } => {
-            for j in 0..RUN {
+            for j in 0..N {
                 reflectance[j] = dielectric_of_square(cos2_beta[j], n);
             }
         }
         Material::Conductor { n, k } => {
-            for j in 0..RUN {
+            for j in 0..N {
                 reflectance[j] = conductor_of_square(cos2_beta[j], n, k);
             }
         }
