@@ -49,7 +49,7 @@ impl Columns {
         if rows.is_empty() {
             return Err(Error::content(
                 path,
-                "there are no rows",
+                if names.is_empty() { "the file is empty" } else { "there are no rows" },
                 "give a line of column names and at least one of numbers",
             ));
         }
@@ -164,7 +164,7 @@ mod tests {
     fn faults_name_file_line_and_column() {
         let message = |text: &str| parse(text).and_then(|c| c.numbers_within("a", 0.0, 90.0)).unwrap_err().to_string();
         for (text, what) in [
-            ("", "no rows"),
+            ("", "is empty"),
             ("a,b\n", "no rows"),
             ("a,b\n1\n", "line 2 has 1 fields"),
             ("b\n1\n", "no column `a`"),

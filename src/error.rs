@@ -42,12 +42,14 @@ pub enum Error {
 impl Error {
     /// A failed system call on `path`.
     pub fn io(path: &Path, verb: &'static str, error: std::io::Error) -> Self {
-        use std::io::ErrorKind::{IsADirectory, NotFound, PermissionDenied, StorageFull};
+        use std::io::ErrorKind::{InvalidData, IsADirectory, NotFound, PermissionDenied, StorageFull};
         let advice = match error.kind() {
             NotFound if verb == "read" => "check the name and the folder",
             NotFound => "make its folder first",
             PermissionDenied => "change its permissions or take another place",
             IsADirectory => "name a file",
+            // What the standard library says of bytes that are no text.
+            InvalidData => "this is no text file, name another",
             StorageFull => "make room on the disk",
             _ => "check the disk and try again",
         };

@@ -1,6 +1,8 @@
 //! Files appear whole or not at all: write under a temporary name in the target folder, then rename.
 
 use crate::error::{Error, Result};
+use image::ImageEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -37,6 +39,21 @@ where
     let renamed = name.persist(path).map_err(|e| Error::io(path, "rename to", e.error));
     drop(unfinished);
     renamed
+}
+
+/// The bytes of a `.png` file of 8-bit sRGB, `size` columns and rows; the same picture gives the same bytes.
+///
+/// # Errors
+/// `io::Error` if the picture is too large for the format.
+pub fn png(rgb: &[u8], size: [usize; 2]) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let too_large = |_| std::io::Error::other("the picture is too large for a .png file");
+    let [width, height] = [u32::try_from(size[0]).map_err(too_large)?, u32::try_from(size[1]).map_err(too_large)?];
+    // The quick compression that is the encoder's default makes smooth pictures twice as large.
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
+        .write_image(rgb, width, height, image::ExtendedColorType::Rgb8)
+        .map_err(std::io::Error::other)?;
+    Ok(bytes)
 }
 
 /// Ends the program with `code` after taking away the files it was writing.

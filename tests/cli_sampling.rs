@@ -85,7 +85,7 @@ fn eval_says_which_line_is_wrong() {
     eval("number.csv", &["number.csv", "line 3", "theta_r_deg", "`x`"]);
     eval("angle.csv", &["angle.csv", "line 2", "95"]);
     eval("empty.csv", &["empty.csv", "empty"]);
-    eval("header.csv", &["header.csv", "no directions"]);
+    eval("header.csv", &["header.csv", "no rows"]);
     eval("none.csv", &["none.csv"]);
     refuse(dir.path(), "eval none.npz --directions directions.csv", &["none.npz"]);
     refuse(dir.path(), "eval half.npz --directions directions.csv", &["half.npz"]);

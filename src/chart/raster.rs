@@ -4,7 +4,6 @@ use crate::error::{Error, Result};
 use crate::output;
 use crate::render::caption::Lettering;
 use crate::render::picture::Picture;
-use image::ImageEncoder;
 use std::path::Path;
 
 /// sRGB bytes.
@@ -237,13 +236,7 @@ impl Raster {
     /// # Errors
     /// `io::Error` if the sheet is too large for the format.
     pub fn png_bytes(&self) -> std::io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
-        let side = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-        encoder
-            .write_image(&self.rgb, side(self.width), side(self.height), image::ExtendedColorType::Rgb8)
-            .map_err(std::io::Error::other)?;
-        Ok(bytes)
+        output::png(&self.rgb, [self.width, self.height])
     }
 }
 

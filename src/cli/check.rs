@@ -17,7 +17,7 @@ pub struct Arguments {
     #[arg(value_name = "SOURCE")]
     source: String,
     /// Draws per incident direction
-    #[arg(long, default_value_t = 200_000, value_name = "N")]
+    #[arg(long, value_parser = super::quantity::count, default_value = "200000", value_name = "N")]
     draws: u64,
     /// Audit (f(i,o) + f(o,i)) / 2 instead: reciprocity enforced
     #[arg(long)]

@@ -1,10 +1,9 @@
 //! `asperity convert`: a height map in another format, as it was measured.
 
-use super::map_options::Reading;
-use super::print_json;
+use super::map_options::{Reading, read_map};
+use super::{print_json, written};
 use crate::chart::height_preview;
 use crate::error::Error;
-use crate::heightmap::read::read;
 use crate::heightmap::write::{npy, png, sdf, x3p};
 use crate::heightmap::{Edges, RawMap, level};
 use clap::{Args, ValueEnum};
@@ -16,14 +15,14 @@ pub struct Arguments {
     #[arg(value_name = "MAP")]
     input: PathBuf,
     /// File to write: .x3p, .sdf, .npy, or .png (16-bit grey; in colour with --preview)
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = written::map)]
     output: PathBuf,
     /// Write a picture in colour with scale bar and colour bar (.png); the tilt is taken off
     #[arg(long)]
     preview: bool,
     /// Width of that picture in pixels
-    #[arg(long, default_value_t = 1000, requires = "preview")]
-    width: usize,
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u16).range(320..=8000), requires = "preview")]
+    width: u16,
     /// How heights are stored: .x3p has all three, .npy the floats, .sdf f64 alone
     #[arg(long, value_enum, default_value_t = SamplesFlag::F64)]
     samples: SamplesFlag,
@@ -44,14 +43,14 @@ pub enum SamplesFlag {
 }
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
-    let map = read(&a.input, &a.reading.options())?;
-    let extension = extension(&a.output);
+    let map = read_map(&a.input, &a.reading.options())?;
+    let extension = written::ending(&a.output);
     let mut range = None;
     if a.preview {
         if extension != "png" {
             return Err(Error::content(&a.output, "a preview is a picture", "name it .png").into());
         }
-        height_preview(&level::level(&map, Edges::Open)?, a.width).save_png(&a.output)?;
+        height_preview(&level::level(&map, Edges::Open)?, a.width.into()).save_png(&a.output)?;
     } else if a.ascii {
         if extension != "sdf" {
             return Err(
@@ -83,7 +82,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
 /// # Errors
 /// `Error::Content` for a name of another kind, else those of the writer.
 pub fn write(path: &Path, map: &RawMap, samples: SamplesFlag) -> Result<(), Error> {
-    match extension(path).as_str() {
+    match written::ending(path).as_str() {
         "x3p" => {
             let samples = match samples {
                 SamplesFlag::Int16 => x3p::Samples::Int16,
@@ -103,8 +102,4 @@ pub fn write(path: &Path, map: &RawMap, samples: SamplesFlag) -> Result<(), Erro
         "png" => png::write(path, map).map(|_| ()),
         _ => Err(Error::content(path, "this kind of file cannot be written", "name it .x3p, .sdf, .npy or .png")),
     }
-}
-
-fn extension(path: &Path) -> String {
-    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }

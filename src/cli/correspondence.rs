@@ -3,9 +3,10 @@
 
 use super::print_json;
 use super::progress::Bar;
-use super::quantity;
+use super::{quantity, written};
 use crate::chart::parameter_chart;
 use crate::chart::ray_wave::ray_wave_chart;
+use crate::error::Error;
 use crate::meter::Options;
 use crate::meter::correspondence::{Row, correspondence, ratios};
 use crate::meter::ray_wave::{Plan, Reading, ray_wave};
@@ -37,13 +38,13 @@ pub struct Arguments {
     #[arg(long, default_value_t = 256, requires = "surfaces", value_name = "N")]
     size: usize,
     /// Wavelength at which materials are looked up
-    #[arg(long, value_parser = quantity::length, default_value = "550nm")]
+    #[arg(long, value_parser = quantity::wavelength, default_value = "550nm")]
     wavelength: f64,
     /// Write the tables as CSV
-    #[arg(short, long, value_name = "FILE.csv")]
+    #[arg(short, long, value_name = "FILE.csv", value_parser = written::csv)]
     output: Option<PathBuf>,
     /// Draw the first table (.png; with --surfaces .svg too)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = written::drawing)]
     chart: Option<PathBuf>,
 }
 
@@ -65,6 +66,9 @@ const USUAL: [(&str, &str, f64, f64); 3] = [
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     if a.surfaces {
         return surfaces(a, json);
+    }
+    if let Some(path) = a.chart.as_ref().filter(|path| written::ending(path) != "png") {
+        return Err(Error::parameter(format!("{} is no name for this chart", path.display()), "name it .png").into());
     }
     let options = Options { tolerance: 0.01, max_points: 32768, ..Options::default() };
     let mut tables = Vec::new();
@@ -188,9 +192,10 @@ fn surfaces(a: &Arguments, json: bool) -> anyhow::Result<()> {
             a.size
         );
         let drawing = ray_wave_chart(&readings, a.wavelength, &title);
-        match path.extension().and_then(|e| e.to_str()) {
-            Some("svg") => write_bytes(path, drawing.to_svg().as_bytes())?,
-            _ => drawing.to_raster().save_png(path)?,
+        if written::ending(path) == "svg" {
+            write_bytes(path, drawing.to_svg().as_bytes())?;
+        } else {
+            drawing.to_raster().save_png(path)?;
         }
     }
     if json {

@@ -5,10 +5,12 @@ use super::print_json;
 use super::progress::Bar;
 use super::scatter_options::ScatterOptions;
 use super::source::Source;
+use super::written;
+use crate::columns::Columns;
+use crate::error::{Error, Result};
 use crate::math::{Estimate, direction};
 use crate::optics::Brdf;
 use crate::sample::Reciprocal;
-use anyhow::{Context, bail};
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
@@ -23,7 +25,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     directions: PathBuf,
     /// Write a CSV file: the four angles, f_r_per_sr, standard_error
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE.csv", value_parser = written::csv)]
     output: Option<PathBuf>,
     /// Evaluate (f(i,o) + f(o,i)) / 2: enforces reciprocity, at the cost of the energy measured per direction
     #[arg(long)]
@@ -93,44 +95,14 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
 }
 
 /// The four angles of every line \[deg\].
-fn read_directions(path: &Path) -> anyhow::Result<Vec<[f64; 4]>> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot read", path.display()))?;
-    let mut lines =
-        text.lines().enumerate().map(|(n, l)| (n + 1, l.trim())).filter(|(_, l)| !l.is_empty() && !l.starts_with('#'));
-    let advice = format!("the first line must name the columns {}", COLUMNS.join(", "));
-    let Some((_, header)) = lines.next() else { bail!("{}: the file is empty; {advice}", path.display()) };
-    let names: Vec<&str> = header.trim_start_matches('\u{feff}').split(',').map(str::trim).collect();
-    let mut places = [0; 4];
-    for (place, column) in places.iter_mut().zip(COLUMNS) {
-        *place = names
-            .iter()
-            .position(|n| *n == column)
-            .with_context(|| format!("{}: there is no column {column}; {advice}", path.display()))?;
+fn read_directions(path: &Path) -> Result<Vec<[f64; 4]>> {
+    let columns = Columns::read(path)?;
+    if let Some(absent) = COLUMNS.iter().find(|c| !columns.has(c)) {
+        let advice = format!("the first line must name the columns {}", COLUMNS.join(", "));
+        return Err(Error::content(path, format!("there is no column {absent}"), advice));
     }
-    let mut rows = Vec::new();
-    for (number, line) in lines {
-        let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-        let mut row = [0.0; 4];
-        for (k, value) in row.iter_mut().enumerate() {
-            let field = fields.get(places[k]).copied().unwrap_or("");
-            *value = field.parse().ok().filter(|v: &f64| v.is_finite()).with_context(|| {
-                format!("{}: line {number}: {} is `{field}`, not a number of degrees", path.display(), COLUMNS[k])
-            })?;
-        }
-        for k in [0, 2] {
-            if !(0.0..=90.0).contains(&row[k]) {
-                bail!(
-                    "{}: line {number}: {} is {}; polar angles lie between 0 and 90 deg",
-                    path.display(),
-                    COLUMNS[k],
-                    row[k]
-                );
-            }
-        }
-        rows.push(row);
-    }
-    if rows.is_empty() {
-        bail!("{}: no directions below the header", path.display());
-    }
-    Ok(rows)
+    let [theta_i, theta_r] = [COLUMNS[0], COLUMNS[2]].map(|polar| columns.numbers_within(polar, 0.0, 90.0));
+    let [phi_i, phi_r] = [COLUMNS[1], COLUMNS[3]].map(|azimuth| columns.numbers(azimuth));
+    let (theta_i, phi_i, theta_r, phi_r) = (theta_i?, phi_i?, theta_r?, phi_r?);
+    Ok((0..columns.len()).map(|k| [theta_i[k], phi_i[k], theta_r[k], phi_r[k]]).collect())
 }

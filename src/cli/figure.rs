@@ -7,11 +7,6 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Whether a scene is one of the built-in figures.
-pub fn is_figure(name: &str) -> bool {
-    Figure::names().contains(&name)
-}
-
 /// Renders a figure into every file.
 pub fn run(name: &str, settings: &Settings, outputs: &[PathBuf], json: bool) -> anyhow::Result<()> {
     let figure = prepare(name)?;

@@ -7,6 +7,7 @@ use super::progress::Bar;
 use super::quantity;
 use super::scatter_options::ScatterOptions;
 use super::source::{Source, file_name};
+use super::written;
 use crate::chart::fit_page;
 use crate::columns::Columns;
 use crate::error::Error;
@@ -21,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Height map, table, foreign BRDF file, model, or list of f_r (.csv with theta_i_deg, phi_i_deg, theta_r_deg,
+    /// Height map, table, model, or list of f_r (.csv with theta_i_deg, phi_i_deg, theta_r_deg,
     /// phi_r_deg, f_r_per_sr and, if known, standard_error); none with --gloss or --haze
     #[arg(required_unless_present_any = ["gloss", "haze"])]
     source: Option<String>,
@@ -32,14 +33,14 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     free: Vec<String>,
     /// Where to write the residuals: .csv, or .png for a page with slices and residuals
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = written::csv_or_png)]
     output: Option<PathBuf>,
-    /// Incident polar angles \[deg\] to look at the source [default: 5,20,35,50,60,70,80]
+    /// Incident polar angles in degrees to look at the source [default: 5,20,35,50,60,70,80]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     angles: Option<Vec<f64>>,
     /// Directions per incident angle
-    #[arg(long, default_value_t = 160, value_name = "N")]
-    directions: usize,
+    #[arg(long, default_value_t = 160, value_parser = clap::value_parser!(u32).range(1..=1_000_000), value_name = "N")]
+    directions: u32,
     /// What is compared [default: linear with error bars, log without]
     #[arg(long, value_enum)]
     residual: Option<ResidualFlag>,
@@ -47,11 +48,11 @@ pub struct Arguments {
     #[arg(long, value_enum)]
     weights: Option<WeightsFlag>,
     /// Error of the model as a share of f_r, added to the error bars
-    #[arg(long, default_value_t = 0.01, value_name = "SHARE")]
+    #[arg(long, value_parser = quantity::share, default_value = "1%", value_name = "SHARE")]
     error_floor: f64,
     /// Places from which the search descends
-    #[arg(long, default_value_t = 6, value_name = "N")]
-    starts: usize,
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..), value_name = "N")]
+    starts: u16,
     #[command(flatten)]
     target: fit_target::Flags,
     #[command(flatten)]
@@ -100,7 +101,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             WeightsFlag::Equal => Weights::Equal,
         }),
         error_floor: a.error_floor.max(0.0),
-        search: Search { starts: a.starts.max(1), ..suited.search },
+        search: Search { starts: a.starts.into(), ..suited.search },
     };
     let mut found = fit(&family, &data, &options)?;
     // The error bars of one map are the same in all directions: what its sub-areas say counts.
@@ -122,10 +123,10 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
             let brdf = source.as_ref().map(Source::brdf);
             fit_page(&data, brdf, model.as_ref(), &title, &notes)
         };
-        match path.extension().and_then(|e| e.to_str()) {
-            Some("csv") => write_bytes(path, data.residual_csv(model.as_ref()).as_bytes())?,
-            Some("png") => page().save_png(path)?,
-            _ => return Err(Error::content(path, "the residuals cannot be written", "name it .csv or .png").into()),
+        if written::ending(path) == "csv" {
+            write_bytes(path, data.residual_csv(model.as_ref()).as_bytes())?;
+        } else {
+            page().save_png(path)?;
         }
     }
     if json {
@@ -146,8 +147,9 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
 /// Looks at the source; a list of `f_r` has no source behind it.
 fn observe(a: &Arguments, text: &str) -> anyhow::Result<(Observations, Option<Source>)> {
     let path = Path::new(text);
-    let is_csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    if is_csv && Columns::read(path).is_ok_and(|c| c.has("f_r_per_sr")) {
+    // A height map may be a .csv file too, but has no angles.
+    let listed = |c: &Columns| c.has("f_r_per_sr") || c.has("theta_i_deg") || c.has("theta_r_deg");
+    if written::ending(path) == "csv" && Columns::read(path).is_ok_and(|c| listed(&c)) {
         return Ok((Observations::read(path)?, None));
     }
     let bar = Bar::new("source", 1);
@@ -155,7 +157,7 @@ fn observe(a: &Arguments, text: &str) -> anyhow::Result<(Observations, Option<So
     bar.finish();
     source.print_preparation();
     let table = source.surface().map(|p| p.brdf.table());
-    let design = Design { directions: a.directions, ..Design::default() };
+    let design = Design { directions: a.directions as usize, ..Design::default() };
     let theta_i = a.angles.clone().unwrap_or(design.theta_i);
     // A brushed surface looks different from every side.
     let phi_i = if table.is_none_or(|t| t.is_isotropic()) {

@@ -14,7 +14,7 @@ use serde_json::json;
 #[derive(Args)]
 #[command(next_help_heading = "Readings to reach instead of a source")]
 pub struct Flags {
-    /// Specular gloss \[GU\]; each value of the list is a target of its own
+    /// Specular gloss in GU; each value of the list is a target of its own
     #[arg(long, value_delimiter = ',', value_name = "LIST")]
     gloss: Vec<f64>,
     /// Angle of --gloss: 20, 60 or 85

@@ -22,19 +22,13 @@ pub struct Arguments {
     #[arg(value_name = "MAP")]
     input: PathBuf,
     /// Page to write (.png): heights, slope distribution, spectrum, autocorrelation, numbers
-    #[arg(short, long, value_name = "FILE", value_parser = png)]
+    #[arg(short, long, value_name = "FILE.png", value_parser = super::written::png)]
     output: Option<PathBuf>,
     /// Wavelength at which rays are judged
-    #[arg(long, value_parser = quantity::length, default_value = "550nm")]
+    #[arg(long, value_parser = quantity::wavelength, default_value = "550nm")]
     wavelength: f64,
     #[command(flatten)]
     map: MapOptions,
-}
-
-fn png(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    let fits = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    if fits { Ok(path) } else { Err("the page is a picture: name it .png".to_owned()) }
 }
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {

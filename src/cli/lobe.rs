@@ -6,6 +6,7 @@ use super::progress::Bar;
 use super::quantity;
 use super::scatter_options::ScatterOptions;
 use super::source::{Source, file_name};
+use super::written;
 use crate::chart::lobe::{Lobe, MOST, RadiusScale, lobe_page};
 use crate::error::Error;
 use crate::output::write_bytes;
@@ -19,22 +20,22 @@ pub struct Arguments {
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<String>,
     /// Picture to write (.svg or .png)
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = written::drawing)]
     output: PathBuf,
-    /// Incident polar angles \[deg\], drawn over each other [default: 20,45,70 for one source, 45 for several]
+    /// Incident polar angles in degrees, drawn over each other [default: 20,45,70 for one source, 45 for several]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     angles: Option<Vec<f64>>,
-    /// Azimuth of the source \[deg\]
+    /// Azimuth of the source in degrees
     #[arg(long, value_parser = quantity::angle, default_value = "0", value_name = "DEG")]
     phi: f64,
     /// Wavelengths drawn over each other [default: that of --wavelength]
-    #[arg(long, value_parser = quantity::length, value_delimiter = ',', value_name = "LIST")]
+    #[arg(long, value_parser = quantity::wavelength, value_delimiter = ',', value_name = "LIST")]
     wavelengths: Vec<f64>,
     /// Radius of the curves: auto takes log for glossy lobes and lobes of different height
     #[arg(long, value_enum, default_value_t = ScaleFlag::Auto)]
     scale: ScaleFlag,
     /// Decades of --scale log
-    #[arg(long, default_value_t = 5.0, value_name = "N")]
+    #[arg(long, default_value_t = 5.0, value_parser = decades, value_name = "N")]
     decades: f64,
     /// Largest polar angle drawn [default: 89, or 80 where a lobe grows without bound beyond]
     #[arg(long, value_parser = quantity::angle, value_name = "DEG")]
@@ -50,6 +51,12 @@ enum ScaleFlag {
     Auto,
     Linear,
     Log,
+}
+
+/// Decades that a picture can show.
+fn decades(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|d| (0.5..=12.0).contains(d));
+    number.ok_or_else(|| "give decades from 0.5 to 12, such as 5".to_owned())
 }
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
@@ -104,10 +111,10 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         ScaleFlag::Log => RadiusScale::Logarithmic { decades: a.decades },
     };
     let drawing = lobe_page(&lobes, &title(a, &angles, &wavelengths), scale, a.up_to);
-    match a.output.extension().and_then(|e| e.to_str()) {
-        Some("svg") => write_bytes(&a.output, drawing.to_svg().as_bytes())?,
-        Some("png") => drawing.to_raster().save_png(&a.output)?,
-        _ => return Err(Error::content(&a.output, "the picture cannot be written", "name it .svg or .png").into()),
+    if written::ending(&a.output) == "svg" {
+        write_bytes(&a.output, drawing.to_svg().as_bytes())?;
+    } else {
+        drawing.to_raster().save_png(&a.output)?;
     }
     if json {
         let list: Vec<_> =

@@ -11,12 +11,15 @@ use crate::heightmap::orient::{Orientation, Rotation};
 use crate::heightmap::prepare::Report;
 use crate::heightmap::read::{ReadOptions, read};
 use crate::heightmap::warning::Warning;
-use crate::heightmap::{Edges, Preparation, Prepared, prepare};
+use crate::heightmap::{Edges, Preparation, Prepared, RawMap, prepare};
+use crate::table::Table;
 use clap::{Args, ValueEnum};
+use std::io::Read;
 use std::path::Path;
 
 /// What the user knows and the file may not say.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Reading the map")]
 pub struct Reading {
     /// Sampling distance for files that carry none: 0.5um, or X,Y
     #[arg(long, value_parser = quantity::pitch, value_name = "LENGTH")]
@@ -41,6 +44,7 @@ impl Reading {
 }
 
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Reading the map")]
 pub struct MapOptions {
     #[command(flatten)]
     reading: Reading,
@@ -81,8 +85,9 @@ struct Preparing {
     /// Keep the tilt: the same as --form none
     #[arg(long, help_heading = HEADING, conflicts_with = "form")]
     keep_tilt: bool,
-    /// Fill missing points smoothly, up to this share of the map [default: 0.05 if no share is given]
-    #[arg(long, help_heading = HEADING, value_parser = quantity::share, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.05")]
+    /// Fill missing points smoothly, up to this share of the map, such as 5% or 0.05 [default: 5% if no share is given; before a
+    /// file name write --fill=5%]
+    #[arg(long, help_heading = HEADING, value_parser = quantity::share, value_name = "SHARE", num_args = 0..=1, default_missing_value = "5%")]
     fill: Option<f64>,
     /// Leave holes of more points than this open
     #[arg(long, help_heading = HEADING, value_name = "POINTS", requires = "fill")]
@@ -115,11 +120,30 @@ enum RotateFlag {
     By270,
 }
 
+/// Reads a map as it was measured.
+///
+/// # Errors
+/// Those of [`read`], and `Error::Content` for a table, whose file a map may look like.
+pub fn read_map(path: &Path, options: &ReadOptions) -> Result<RawMap> {
+    let zipped = || {
+        let mut first = [0; 2];
+        std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut first)).is_ok_and(|()| first == *b"PK")
+    };
+    if zipped() && std::fs::read(path).is_ok_and(|bytes| Table::recognises(&bytes)) {
+        return Err(Error::content(
+            path,
+            "this is a BRDF table, not a height map",
+            "give it to gloss, scan, eval, sample, check, lobe, fit, tiles or render, or give the map that it was made of",
+        ));
+    }
+    read(path, options)
+}
+
 impl MapOptions {
     /// Reads and prepares one map; its report is for [`print_report`] once no progress bar is in the way.
     pub fn load(&self, path: &Path) -> Result<Prepared> {
         let options = self.reading.options();
-        let raw = read(path, &options)?;
+        let raw = read_map(path, &options)?;
         let stated = [raw.pitch_x, raw.pitch_y];
         let mut prepared = prepare(raw, &self.preparation()).map_err(|e| match e {
             Error::Parameter { what, advice } => Error::content(path, what, advice),

@@ -27,6 +27,7 @@ mod scatter_options;
 mod source;
 mod synth;
 mod tiles;
+mod written;
 
 use crate::error::Error;
 use clap::{Parser, Subcommand};
@@ -41,8 +42,8 @@ struct Cli {
     #[arg(long, global = true)]
     json: bool,
     /// Threads to use [default: all cores]; the results do not depend on it
-    #[arg(long, global = true, value_name = "N")]
-    threads: Option<usize>,
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
 }
 
 #[derive(Subcommand)]
@@ -88,7 +89,7 @@ enum Verb {
 }
 
 /// A reader that has gone away, such as `head`, is no failure of this program: it leaves without a word, with the code that a
-/// shell reports for a closed pipe. `println!` panics on one, and nothing else tells.
+/// shell reports for a closed pipe. `println!` panics on one, and nothing else tells. A full disk is an error like any other.
 fn leave_when_nobody_reads() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
@@ -96,6 +97,10 @@ fn leave_when_nobody_reads() {
         let closed = ["Broken pipe", "pipe is being closed"].iter().any(|word| words.contains(word));
         if words.starts_with("failed printing to std") && closed {
             crate::output::abandon(141);
+        }
+        if let Some(cause) = words.strip_prefix("failed printing to stdout: ") {
+            eprintln!("error: the output cannot be written: {cause}");
+            crate::output::abandon(1);
         }
         usual(panic);
     }));
@@ -109,7 +114,7 @@ pub fn run() -> std::process::ExitCode {
     leave_when_nobody_reads();
     if let Some(threads) = cli.threads {
         // Only the first call can set the pool, and this is it.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
     }
     let done = match cli.verb {
         Verb::Predict(a) => predict::run(&a, cli.json),

@@ -22,7 +22,7 @@ pub struct Arguments {
     #[arg(long, requires = "materials")]
     category: Option<String>,
     /// Wavelength of the light; of materials, those that cover it only
-    #[arg(long, value_parser = quantity::length, value_name = "LENGTH")]
+    #[arg(long, value_parser = quantity::wavelength, value_name = "LENGTH")]
     wavelength: Option<f64>,
     /// Angle of incidence the data must reach; with the wavelength the albedo is listed
     #[arg(long, value_parser = quantity::angle, value_name = "ANGLE", requires = "materials")]

@@ -36,10 +36,10 @@ pub struct Arguments {
     #[arg(long, value_name = "DHR.csv", conflicts_with = "simulate")]
     dhr: Option<PathBuf>,
     /// Wavelength of the scans, at which both reflectances are compared
-    #[arg(long, value_parser = quantity::length, value_name = "LENGTH", conflicts_with = "simulate")]
+    #[arg(long, value_parser = quantity::wavelength, value_name = "LENGTH", conflicts_with = "simulate")]
     wavelength: Option<f64>,
     /// Where to write the material as material:NAME reads it (.toml), one band per wavelength
-    #[arg(long, value_name = "NAME.toml", conflicts_with = "simulate")]
+    #[arg(long, value_name = "NAME.toml", value_parser = super::written::toml, conflicts_with = "simulate")]
     material: Option<PathBuf>,
     /// Category of that material
     #[arg(long, default_value = "paint", requires = "material")]
@@ -48,9 +48,9 @@ pub struct Arguments {
     #[arg(long, value_name = "MODEL", conflicts_with = "scans", requires = "output")]
     simulate: Option<String>,
     /// Noise of --simulate as a share of each value
-    #[arg(long, default_value_t = 0.01, value_name = "SHARE")]
+    #[arg(long, value_parser = quantity::share, default_value = "1%", value_name = "SHARE")]
     noise: f64,
-    /// Noise of --simulate everywhere \[1/sr\]
+    /// Noise of --simulate everywhere, in 1/sr
     #[arg(long, default_value_t = 1e-5, value_name = "PER_SR")]
     noise_floor: f64,
     /// Same seed, same scans

@@ -39,6 +39,32 @@ pub fn size(text: &str) -> Result<[usize; 2], String> {
     }
 }
 
+/// `0.75,2.5` to the two full angles of a stop \[rad\].
+pub fn stop(text: &str) -> Result<[f64; 2], String> {
+    let parts: Vec<f64> = text.split(',').map(angle).collect::<Result<_, _>>()?;
+    let open = |v: &f64| *v > 0.0 && v.to_degrees() < 90.0;
+    match <[f64; 2]>::try_from(parts) {
+        Ok(pair) if pair.iter().all(open) => Ok(pair),
+        _ => Err("write two angles above 0 and below 90 deg as IN,ACROSS, such as 0.75,2.5".to_owned()),
+    }
+}
+
+/// A length above zero.
+pub fn wavelength(text: &str) -> Result<f64, String> {
+    length(text).and_then(|l| if l > 0.0 { Ok(l) } else { Err("a wavelength is above zero, such as 550nm".to_owned()) })
+}
+
+/// `10000`, `10_000` or `1e4`, at least 1.
+pub fn count(text: &str) -> Result<u64, String> {
+    let text = text.trim().replace('_', "");
+    // What a float holds exactly.
+    let whole = |v: &f64| v.fract() == 0.0 && (0.0..9e15).contains(v);
+    let number = text.parse().ok().or_else(|| text.parse::<f64>().ok().filter(whole).map(|v| v as u64));
+    number
+        .filter(|n| *n > 0)
+        .ok_or_else(|| format!("`{text}` is no count; write a number from 1 up, such as 10000 or 1e4"))
+}
+
 /// `0.1,-0.05` to two numbers.
 pub fn pair(text: &str) -> Result<[f64; 2], String> {
     let parts: Vec<f64> = text
@@ -88,33 +114,27 @@ pub fn form(text: &str) -> Result<Form, String> {
     }
 }
 
-/// A share between 0 and 1.
+/// `5%` or `0.05` to 0.05, anything from 0 to 1.
 pub fn share(text: &str) -> Result<f64, String> {
-    text.trim()
-        .parse::<f64>()
-        .ok()
-        .filter(|v| (0.0..=1.0).contains(v))
-        .ok_or_else(|| format!("`{text}` is not between 0 and 1; before a file name write it out, such as --fill=0.05"))
-}
-
-/// A percentage with its sign, from 0 % to below 100 %.
-pub fn percentage(text: &str) -> Result<f64, String> {
-    text.trim()
-        .strip_suffix('%')
-        .and_then(|number| number.trim().parse::<f64>().ok())
-        .filter(|v| (0.0..100.0).contains(v))
-        .map(|v| v / 100.0)
-        .ok_or_else(|| format!("`{text}` is not a percentage below 100 %; write it with its sign, such as 2%"))
-}
-
-/// `1%` or `0.01`, above 0 and below 1.
-pub fn tolerance(text: &str) -> Result<f64, String> {
-    let number =
-        text.trim().strip_suffix('%').map_or_else(|| text.trim().parse(), |t| t.parse().map(|v: f64| v / 100.0));
-    match number {
-        Ok(v) if v > 0.0 && v < 1.0 => Ok(v),
-        _ => Err(format!("`{text}` is no tolerance; write 1% or 0.01")),
+    let text = text.trim();
+    let (number, of) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim(), 100.0));
+    let value = number.parse::<f64>().map_err(|_| format!("`{text}` is no share; write 5% or 0.05"))? / of;
+    if of == 1.0 && value > 1.0 {
+        return Err(format!("`{text}` is above 1; write {text}% or {}", value / 100.0));
     }
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(format!("`{text}` is not between 0% and 100%")) }
+}
+
+/// A share below 1; 0 asks for nothing.
+pub fn error_share(text: &str) -> Result<f64, String> {
+    share(text).and_then(|v| if v < 1.0 { Ok(v) } else { Err(format!("`{text}` is all of it; write 2% or 0.02")) })
+}
+
+/// A share above 0 and below 1.
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    share(text).and_then(|v| {
+        if v > 0.0 && v < 1.0 { Ok(v) } else { Err(format!("`{text}` is no tolerance; write 1% or 0.01")) }
+    })
 }
 
 #[cfg(test)]
@@ -140,10 +160,20 @@ mod tests {
         assert!((angle("20deg").unwrap() - 20f64.to_radians()).abs() < 1e-15);
         assert!((angle("0.5rad").unwrap() - 0.5).abs() < 1e-15);
         assert!(angle("20grad").is_err());
+        assert_eq!(stop("0.75,2.5deg").unwrap(), [0.75f64, 2.5].map(f64::to_radians));
+        assert!(["1", "1,2,3", "0,1", "1,90", "-1,1"].iter().all(|bad| stop(bad).is_err()));
         assert_eq!(size("64x32").unwrap(), [64, 32]);
         assert!(size("64x").is_err());
         assert_eq!(pair("0.1,-2e-2").unwrap(), [0.1, -0.02]);
         assert!(pair("1").is_err());
+    }
+
+    #[test]
+    fn counts_and_wavelengths() {
+        assert!(["10000", "10_000", "1e4", "1.0e4"].iter().all(|text| count(text) == Ok(10_000)));
+        assert_eq!(count("18446744073709551615"), Ok(u64::MAX));
+        assert!(["0", "-1", "1.5", "1e30", "nan", "", "many"].iter().all(|bad| count(bad).is_err()));
+        assert!(wavelength("550nm").is_ok() && wavelength("0").is_err() && wavelength("-1nm").is_err());
     }
 
     #[test]
@@ -161,12 +191,20 @@ mod tests {
         assert_eq!([form("none"), form("plane"), form("sphere")], [Form::None, Form::Plane, Form::Sphere].map(Ok));
         assert!(form("poly").is_err() && form("poly:-1").is_err() && form("cylinder").is_err());
         assert_eq!(share("0.2").unwrap(), 0.2);
-        assert!(share("20").is_err() && share("map.x3p").is_err() && share("nan").is_err());
+        assert!(share("map.x3p").is_err() && share("nan").is_err());
     }
 
     #[test]
-    fn tolerances_with_and_without_a_sign() {
-        assert_eq!((tolerance("1%"), tolerance("0.05")), (Ok(0.01), Ok(0.05)));
-        assert!(tolerance("100%").is_err() && tolerance("-1%").is_err() && tolerance("x").is_err());
+    fn every_share_with_and_without_a_sign() {
+        for parse in [share, error_share, tolerance] {
+            assert_eq!((parse("1%"), parse(" 5 % "), parse("0.05")), (Ok(0.01), Ok(0.05), Ok(0.05)));
+            assert_eq!(parse("20").unwrap_err(), "`20` is above 1; write 20% or 0.2");
+            for bad in ["", "%", "-1%", "-0.1", "101%", "inf", "inf%", "nan%", "x", "5%%", "5 percent"] {
+                assert!(parse(bad).is_err(), "{bad}");
+            }
+        }
+        assert_eq!((share("0"), share("1"), share("100%")), (Ok(0.0), Ok(1.0), Ok(1.0)));
+        assert_eq!(error_share("0%"), Ok(0.0));
+        assert!(error_share("100%").is_err() && tolerance("1").is_err() && tolerance("0%").is_err());
     }
 }

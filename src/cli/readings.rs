@@ -27,7 +27,7 @@ pub struct Flags {
     #[arg(long)]
     check: bool,
     /// Write all readings as CSV
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", value_parser = super::written::csv)]
     pub csv: Option<PathBuf>,
 }
 

@@ -6,8 +6,9 @@ use super::print_json;
 use super::progress::Bar;
 use super::scatter_options::ScatterOptions;
 use super::source::Source;
+use super::written;
 use crate::error::{Error, Result};
-use crate::figure::Settings;
+use crate::figure::{Figure, Settings};
 use crate::optics::Brdf;
 use crate::render::description::{PAGE, Picturing, Wanted};
 use crate::render::{Description, Estimator, Film, Picture, RenderWarning, render_with_report, save_exr};
@@ -23,10 +24,8 @@ pub struct Arguments {
     #[arg(required_unless_present_any = ["read", "explain"], conflicts_with_all = ["read", "explain"], value_name = "FIGURE|SCENE.toml")]
     scene: Option<PathBuf>,
     /// Picture to write, may be repeated: .exr (radiance with standard errors and sample counts), .png (exposed, sRGB)
-    #[arg(short, long, required_unless_present_any = ["read", "explain", "reference"], value_name = "FILE")]
+    #[arg(short, long, required_unless_present_any = ["read", "explain", "reference"], value_name = "FILE", value_parser = written::picture)]
     output: Vec<PathBuf>,
-    #[command(flatten)]
-    quality: Quality,
     /// Print the page that explains scene files
     #[arg(long, conflicts_with = "read")]
     explain: bool,
@@ -40,6 +39,8 @@ pub struct Arguments {
     /// Pixel to read, column and row from the top left; may be repeated [default: the mean of all]
     #[arg(long, requires = "read", value_name = "X,Y", value_parser = pixel)]
     pixel: Vec<[usize; 2]>,
+    #[command(flatten)]
+    quality: Quality,
 }
 
 /// Flags that win over the [image] of a scene.
@@ -56,7 +57,7 @@ pub struct Quality {
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
     /// Stop each block of pixels when its error is this share of its radiance, such as 2%; 0% gives every pixel all paths
-    #[arg(long, value_parser = super::quantity::percentage)]
+    #[arg(long, value_parser = super::quantity::error_share, value_name = "SHARE")]
     error: Option<f64>,
     /// Longest path in straight pieces: 1 shows lamps only, 2 direct light, 3 one reflection of it
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
@@ -131,20 +132,10 @@ fn open(wanted: &Wanted, folder: &Path) -> Result<Box<dyn Brdf>> {
     }
 }
 
-/// Refuses names whose kind of picture cannot be written.
-pub fn check_outputs(outputs: &[PathBuf]) -> Result<()> {
-    let known =
-        |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("png") || e.eq_ignore_ascii_case("exr"));
-    match outputs.iter().find(|p| !known(p)) {
-        Some(p) => Err(Error::content(p, "this kind of picture cannot be written", "name it .png or .exr")),
-        None => Ok(()),
-    }
-}
-
 /// Writes a film to every file; `comment` goes into the head of `.exr` files.
 pub fn write_outputs(film: &Film, comment: &str, exposure: f64, outputs: &[PathBuf]) -> Result<()> {
     for path in outputs {
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        if written::ending(path) == "exr" {
             save_exr(film, comment, path)?;
         } else {
             Picture::from_film(film, exposure).save_png(path)?;
@@ -155,13 +146,20 @@ pub fn write_outputs(film: &Film, comment: &str, exposure: f64, outputs: &[PathB
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     if a.explain {
+        if json {
+            return print_json(&json!({ "explains": "scene files (.toml)", "markdown": PAGE }));
+        }
         print!("{PAGE}");
         return Ok(());
     }
     match (&a.read, &a.scene) {
         (Some(path), _) => read_back(path, &a.pixel, json),
-        (None, Some(scene)) => match scene.to_str().filter(|name| figure::is_figure(name)) {
+        (None, Some(scene)) => match scene.to_str().filter(|name| Figure::names().contains(name)) {
             Some(name) => built_in(a, name, json),
+            None if !scene.exists() => {
+                let advice = format!("name a scene file, or one of the figures {}", Figure::names().join(", "));
+                Err(Error::content(scene, "there is no such file, and no figure of that name", advice).into())
+            }
             None => picture(a, scene, json),
         },
         (None, None) => Ok(()),
@@ -189,15 +187,11 @@ fn built_in(a: &Arguments, name: &str, json: bool) -> anyhow::Result<()> {
     }
     match a.reference {
         Some(reference) => figure::run_noise(name, &settings, reference, json),
-        None => {
-            check_outputs(&a.output)?;
-            figure::run(name, &settings, &a.output, json)
-        }
+        None => figure::run(name, &settings, &a.output, json),
     }
 }
 
 fn picture(a: &Arguments, path: &Path, json: bool) -> anyhow::Result<()> {
-    check_outputs(&a.output)?;
     let description = Description::load(path)?;
     let picturing = a.quality.over(description.picturing()?)?;
     let options = picturing.options();

@@ -5,6 +5,7 @@ use super::print_json;
 use super::progress::Bar;
 use super::scatter_options::ScatterOptions;
 use super::source::Source;
+use super::{quantity, written};
 use crate::error::Error;
 use crate::math::{Estimate, direction, random::CounterRng};
 use crate::npy;
@@ -13,17 +14,17 @@ use serde_json::json;
 use std::path::PathBuf;
 
 #[derive(Args)]
-#[command(mut_arg("theta_i", |a| a.help("Incident polar angle to draw for \\[deg\\], one").required(true)))]
-#[command(mut_arg("phi_i", |a| a.help("Source azimuth to draw for \\[deg\\], one [default: 0]")))]
+#[command(mut_arg("theta_i", |a| a.help("Incident polar angle to draw for in degrees, one").required(true)))]
+#[command(mut_arg("phi_i", |a| a.help("Source azimuth to draw for in degrees, one [default: 0]")))]
 pub struct Arguments {
     /// Height map, table, or model such as beckmann:alpha=0.02,n=1.5
     #[arg(value_name = "SOURCE")]
     source: String,
     /// Number of draws
-    #[arg(short = 'n', long, default_value_t = 10_000, value_name = "N")]
+    #[arg(short = 'n', long, value_parser = quantity::count, default_value = "10000", value_name = "N")]
     count: u64,
     /// Array to write (.npy): f64, one row x, y, z, pdf, weight per draw
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE.npy", value_parser = written::npy)]
     output: PathBuf,
     #[command(flatten)]
     map: MapOptions,
@@ -40,6 +41,10 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         return Err(
             Error::parameter("the incident angle is not above the surface", "give --theta-i below 90 deg").into()
         );
+    }
+    if a.count > MOST {
+        let what = format!("{} draws make an array of {:.0} GB", a.count, a.count as f64 * 40e-9);
+        return Err(Error::parameter(what, format!("give -n up to {MOST}, and another --seed for more")).into());
     }
     let bar = Bar::new("scatter", 1);
     let source = Source::open(&a.source, &a.map, &scatter, &|share| bar.set(0, share))?;
@@ -75,7 +80,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         squares += row[4] * row[4];
         rows.push(row);
     }
-    let n = a.count.max(1) as f64;
+    let n = a.count as f64;
     let mean = Estimate { value: sum / n, standard_error: ((squares / n - (sum / n).powi(2)).max(0.0) / n).sqrt() };
     let bytes = npy::encode(&[rows.len(), 5], rows.iter().flatten().copied());
     crate::output::write_bytes(&a.output, &bytes)?;
@@ -98,6 +103,9 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     );
     Ok(())
 }
+
+/// Draws that one array holds.
+const MOST: u64 = 100_000_000;
 
 /// Draws asked for at once.
 const TOGETHER: usize = 1024;

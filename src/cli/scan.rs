@@ -6,6 +6,7 @@ use super::progress::Bar;
 use super::quantity;
 use super::scatter_options::ScatterOptions;
 use super::source::Source;
+use super::written;
 use crate::chart::scan_chart;
 use crate::meter::scan::angles;
 use crate::meter::{Options, Scan, ScanPoint, scan};
@@ -20,26 +21,26 @@ pub struct Arguments {
     /// Height maps, tables or models such as ggx:alpha=0.1,n=1.5
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<String>,
-    /// First detector angle \[deg\]; negative on the side of the source
+    /// First detector angle in degrees, negative on the side of the source
     #[arg(long, value_parser = quantity::angle, default_value = "-89", value_name = "DEG", allow_hyphen_values = true)]
     from: f64,
-    /// Last detector angle \[deg\]
+    /// Last detector angle in degrees
     #[arg(long, value_parser = quantity::angle, default_value = "89", value_name = "DEG", allow_hyphen_values = true)]
     to: f64,
-    /// Step of the detector angle \[deg\]
+    /// Step of the detector angle in degrees
     #[arg(long, value_parser = quantity::angle, default_value = "0.5", value_name = "DEG")]
     step: f64,
-    /// Half angle that the detector subtends \[deg\]
+    /// Half angle that the detector subtends in degrees
     #[arg(long, value_parser = quantity::angle, default_value = "0.5", value_name = "DEG")]
     half_angle: f64,
-    /// Half angle of the beam's divergence \[deg\]
+    /// Half angle of the beam's divergence in degrees
     #[arg(long, value_parser = quantity::angle, default_value = "0.1", value_name = "DEG")]
     divergence: f64,
     /// Write the scan as CSV; it goes to stdout if neither this nor --json is given
-    #[arg(short, long, value_name = "FILE.csv")]
+    #[arg(short, long, value_name = "FILE.csv", value_parser = written::csv)]
     output: Option<PathBuf>,
     /// Draw the scan
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = written::png)]
     chart: Option<PathBuf>,
     #[command(flatten)]
     map: MapOptions,

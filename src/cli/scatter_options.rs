@@ -19,13 +19,13 @@ pub struct ScatterOptions {
     #[arg(long, default_value = "n=1.5", value_name = "NAME")]
     material: String,
     /// Wavelength at which the material is looked up, rays are judged and waves are computed
-    #[arg(long, value_parser = quantity::length, default_value = "550nm")]
+    #[arg(long, value_parser = quantity::wavelength, default_value = "550nm")]
     wavelength: f64,
     /// Full width of the band of wavelengths that the wave calculation averages over
     #[arg(long, value_parser = quantity::length, default_value = "0nm", value_name = "LENGTH")]
     band: f64,
     /// Full angle in degrees of a source that the wave calculation averages over; the glossmeter adds its own stop
-    #[arg(long, default_value_t = 0.0, value_name = "DEG")]
+    #[arg(long, value_parser = quantity::angle, default_value = "0", value_name = "DEG")]
     source_cone: f64,
     /// Incident polar angles in degrees, rising [default: those of 14 from 0 to 88 that --tolerance needs]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
@@ -42,13 +42,13 @@ pub struct ScatterOptions {
     #[arg(long, value_parser = quantity::tolerance, default_value = "1%")]
     tolerance: f64,
     /// Rays per incident direction of --method rays
-    #[arg(long, default_value_t = 1_000_000)]
+    #[arg(long, value_parser = quantity::count, default_value = "1000000", value_name = "N")]
     rays: u64,
     /// Reflections a ray may make
-    #[arg(long, default_value_t = 8)]
+    #[arg(long, default_value_t = 8, value_name = "N")]
     bounces: u32,
     /// Source stop of the glossmeter, full angles in degrees in and across the plane of measurement
-    #[arg(long, value_name = "IN,ACROSS", value_parser = quantity::pair, default_value = "0.75,2.5")]
+    #[arg(long, value_name = "IN,ACROSS", value_parser = quantity::stop, default_value = "0.75,2.5")]
     source_stop: [f64; 2],
     /// Same seed, same bytes
     #[arg(long, default_value_t = 1)]
@@ -141,7 +141,7 @@ impl ScatterOptions {
                 SymmetryFlag::Anisotropic => Symmetry::Anisotropic,
             },
             material: Material::parse(&self.material, self.wavelength)?,
-            wave: Wave { wavelength: self.wavelength, band: self.band, source: self.source_cone.to_radians() },
+            wave: Wave { wavelength: self.wavelength, band: self.band, source: self.source_cone },
             theta_i: self.theta_i.clone().unwrap_or(defaults.theta_i),
             phi_i: self.phi_i.clone().unwrap_or(defaults.phi_i),
             all_phi_i: self.phi_i.is_some(),
@@ -152,8 +152,7 @@ impl ScatterOptions {
             seed: self.seed,
         };
         scatter.check()?;
-        let source = self.source_stop.map(f64::to_radians);
-        let glossmeter = Geometry::standard_three().map(|g| Geometry { source, ..g });
+        let glossmeter = Geometry::standard_three().map(|g| Geometry { source: self.source_stop, ..g });
         glossmeter.iter().try_for_each(Geometry::validate)?;
         let fewest_angles = self.theta_i.is_none() && self.phi_i.is_none();
         Ok(Settings {

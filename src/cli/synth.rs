@@ -1,7 +1,7 @@
 //! `asperity synth`: height maps from a formula.
 
 use super::convert::{SamplesFlag, write};
-use super::{print_json, quantity};
+use super::{print_json, quantity, written};
 use crate::error::Error;
 use crate::heightmap::synth::{self, Brushed, Decay, Defects, Gaussian, Grid, Rough};
 use crate::heightmap::{Edges, RawMap, level, parameters};
@@ -11,7 +11,7 @@ use std::path::PathBuf;
 #[derive(Args)]
 pub struct Arguments {
     /// File to write: .x3p, .sdf, .npy (heights in metres) or 16-bit .png
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = written::map)]
     output: PathBuf,
     /// Samples: N or WIDTHxHEIGHT
     #[arg(long, value_parser = quantity::size, default_value = "1024")]
@@ -92,8 +92,8 @@ struct DefectFlags {
     /// Standard deviation of white height noise
     #[arg(long, value_parser = quantity::length, default_value = "0", hide_default_value = true, value_name = "LENGTH")]
     noise: f64,
-    /// Share of the points that become spikes
-    #[arg(long, default_value_t = 0.0, hide_default_value = true, value_name = "SHARE", requires = "spike_height")]
+    /// Share of the points that become spikes, such as 1% or 0.01
+    #[arg(long, value_parser = quantity::share, default_value = "0", hide_default_value = true, value_name = "SHARE", requires = "spike_height")]
     spikes: f64,
     /// How far a spike stands out, up or down at random
     #[arg(long, value_parser = quantity::length, default_value = "0", hide_default_value = true, value_name = "LENGTH")]
@@ -101,8 +101,8 @@ struct DefectFlags {
     /// Step that heights are rounded to
     #[arg(long, value_parser = quantity::length, default_value = "0", hide_default_value = true, value_name = "LENGTH")]
     quantum: f64,
-    /// Share of the points that go missing
-    #[arg(long, default_value_t = 0.0, hide_default_value = true, value_name = "SHARE")]
+    /// Share of the points that go missing, such as 5% or 0.05
+    #[arg(long, value_parser = quantity::share, default_value = "0", hide_default_value = true, value_name = "SHARE")]
     dropouts: f64,
 }
 

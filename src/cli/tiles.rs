@@ -20,7 +20,7 @@ pub struct Arguments {
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<String>,
     /// Picture to write: .png (labelled), .exr (radiance)
-    #[arg(short, long, required = true, value_name = "FILE")]
+    #[arg(short, long, required = true, value_name = "FILE", value_parser = super::written::picture)]
     output: Vec<PathBuf>,
     #[command(flatten)]
     map: MapOptions,
@@ -41,7 +41,7 @@ pub struct Look {
     #[arg(long, default_value_t = TilesOptions::default().samples_per_pixel, value_parser = clap::value_parser!(u32).range(1..))]
     spp: u32,
     /// Stop each block of pixels when its error is this share of its radiance; 0% gives every pixel all paths
-    #[arg(long, default_value = "2%", value_parser = super::quantity::percentage)]
+    #[arg(long, default_value = "2%", value_parser = super::quantity::error_share, value_name = "SHARE")]
     error: f64,
     /// Width of one tile in pixels, 64 to 2048
     #[arg(long, default_value_t = 240, value_parser = clap::value_parser!(u16).range(64..=2048))]
@@ -138,7 +138,6 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         // Pairs stay in one row.
         options.tiles_per_row = options.tiles_per_row.next_multiple_of(2);
     }
-    check_outputs(&a.output)?;
     let shown = open(a)?;
     // A pair was prepared in the same way.
     shown.iter().filter(|(_, word)| *word != Some("waves")).for_each(|(source, _)| source.print_preparation());
@@ -165,14 +164,4 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         println!("wrote {}", path.display());
     }
     Ok(())
-}
-
-/// Refuses names whose kind of picture cannot be written.
-fn check_outputs(outputs: &[PathBuf]) -> Result<()> {
-    let known =
-        |p: &&PathBuf| !p.extension().is_some_and(|e| e.eq_ignore_ascii_case("png") || e.eq_ignore_ascii_case("exr"));
-    match outputs.iter().find(known) {
-        Some(p) => Err(Error::content(p, "this kind of picture cannot be written", "name it .png or .exr")),
-        None => Ok(()),
-    }
 }

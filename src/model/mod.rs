@@ -34,6 +34,7 @@ pub mod smooth;
 pub mod ward;
 pub mod zero_bistatic;
 
+pub use albedo::CosineTable;
 pub use beard_maxwell::BeardMaxwell;
 pub use beckmann::Beckmann;
 pub use bounded::Bounded;

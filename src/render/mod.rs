@@ -32,6 +32,7 @@ pub mod revolution;
 pub mod scene;
 mod screens;
 pub mod shape;
+mod shares;
 pub mod sheet;
 mod solids;
 pub mod spectral;

@@ -5,7 +5,6 @@ use crate::error::{Error, Result};
 use crate::output;
 use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec, Text};
 use exr::prelude::{Vec2, WritableImage};
-use image::ImageEncoder;
 use std::io;
 use std::path::Path;
 
@@ -83,14 +82,7 @@ impl Picture {
     /// # Errors
     /// `io::Error` if the picture is too large for the format.
     pub fn png_bytes(&self) -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        let too_large = |_| io::Error::other("the picture is too large for a .png file");
-        let (width, height) =
-            (u32::try_from(self.width).map_err(too_large)?, u32::try_from(self.height).map_err(too_large)?);
-        image::codecs::png::PngEncoder::new(&mut bytes)
-            .write_image(&self.rgb, width, height, image::ExtendedColorType::Rgb8)
-            .map_err(io::Error::other)?;
-        Ok(bytes)
+        output::png(&self.rgb, [self.width, self.height])
     }
 
     /// Writes a `.png` file, whole or not at all.

@@ -3,6 +3,7 @@
 //! `f_r,RGB = M sum over wavelengths of xyz(lambda) f_r(lambda)` under D65, with `M` from XYZ to linear sRGB (IEC 61966-2-1);
 //! white is `(1, 1, 1)`. Between the seven wavelengths `f_r` is taken as linear, beyond the first and last as constant.
 
+use super::shares::Shares;
 use crate::error::Result;
 use crate::optics::colour::{self, Illuminant, nodes};
 use crate::optics::{Brdf, BrdfSample};
@@ -11,9 +12,10 @@ use glam::{DMat3, DVec3};
 /// Wavelengths at which a spectral BRDF is asked \[m\]: from where the eye begins to see to where it ends.
 const WAVELENGTHS: [f64; 7] = [430e-9, 465e-9, 500e-9, 535e-9, 570e-9, 605e-9, 645e-9];
 
-/// One BRDF per wavelength with the share of each in red, green and blue.
+/// Layers of BRDFs, such as one per wavelength, with the share of each in red, green and blue.
 pub struct Spectral {
     parts: Vec<(Box<dyn Brdf>, DVec3)>,
+    shares: Shares,
 }
 
 /// A direction drawn by [`Spectral::sample`].
@@ -38,39 +40,48 @@ impl Spectral {
     /// Those of `build`.
     pub fn new(build: &dyn Fn(f64) -> Result<Box<dyn Brdf>>) -> Result<Self> {
         let parts = weights().into_iter().map(|(wavelength, rgb)| Ok((build(wavelength)?, rgb)));
-        Ok(Spectral { parts: parts.collect::<Result<_>>()? })
+        Ok(Self::sum(vec![parts.collect::<Result<_>>()?]))
     }
 
-    /// The sum of BRDFs, each with its share in red, green and blue. Sampling draws from every part equally often.
-    pub fn sum(parts: Vec<(Box<dyn Brdf>, DVec3)>) -> Self {
-        Spectral { parts }
+    /// The sum of layers, each the sum of BRDFs with their shares in red, green and blue. Sampling draws from
+    /// every layer by the energy that it sends out, its specular core included.
+    pub fn sum(layers: Vec<Vec<(Box<dyn Brdf>, DVec3)>>) -> Self {
+        // Shares of one layer may cancel, as those of X, Y and Z do: they divide what the layer as a whole makes of white.
+        let grey = |rgb: DVec3| rgb.abs().element_sum() / 3.0;
+        let weighed = layers.iter().map(|layer| {
+            let white = grey(layer.iter().map(|part| part.1).sum());
+            let total: f64 = layer.iter().map(|part| grey(part.1)).sum();
+            let of_white = white / total.max(f64::MIN_POSITIVE);
+            layer.iter().map(|(brdf, rgb)| (&**brdf, of_white * grey(*rgb))).collect()
+        });
+        let shares = Shares::new(&weighed.collect::<Vec<_>>());
+        Spectral { parts: layers.into_iter().flatten().collect(), shares }
     }
 
-    /// `f_r` per channel and the density of [`Self::sample`], the mean of those of the wavelengths.
+    /// `f_r` per channel and the density of [`Self::sample`], the mean of those of the parts by their shares.
     #[inline]
     pub(super) fn eval_and_pdf(&self, wi: DVec3, wo: DVec3) -> (DVec3, f64) {
         let (mut colour, mut density) = (DVec3::ZERO, 0.0);
-        for (brdf, rgb) in &self.parts {
+        for ((brdf, rgb), share) in self.parts.iter().zip(self.shares.at(wi.z)) {
             let (f_r, pdf) = brdf.eval_and_pdf(wi, wo);
             colour += f_r * *rgb;
-            density += pdf;
+            density += share * pdf;
         }
-        (colour, density / self.parts.len() as f64)
+        (colour, density)
     }
 
-    /// Draws by one wavelength, counts for all.
+    /// Draws by one part, counts for all.
     #[inline]
     pub(super) fn sample(&self, wi: DVec3, u: [f64; 2]) -> Option<ColourDraw> {
-        let scaled = u[0] * self.parts.len() as f64;
-        let chosen = (scaled as usize).min(self.parts.len() - 1);
+        let (chosen, rest) = self.shares.choose(wi.z, u[0]);
         let brdf = &self.parts[chosen].0;
-        let draw = brdf.sample(wi, [(scaled - chosen as f64).min(1.0 - f64::EPSILON), u[1]])?;
+        let draw = brdf.sample(wi, [rest, u[1]])?;
         if draw.specular {
             // Drawn with its own probability p, weight core / p: scaled to the core of all parts, each of which with a core
             // may have drawn it.
-            let with_core = self.parts.iter().filter(|(brdf, _)| brdf.specular_core(wi) > 0.0).count();
-            let chances = self.parts.len() as f64 / with_core.max(1) as f64;
-            let weight = self.specular_core(wi) * (draw.weight / brdf.specular_core(wi) * chances);
+            let cored = self.parts.iter().zip(self.shares.at(wi.z)).filter(|(part, _)| part.0.specular_core(wi) > 0.0);
+            let chance: f64 = cored.map(|(_, share)| share).sum();
+            let weight = self.specular_core(wi) * (draw.weight / (brdf.specular_core(wi) * chance));
             return Some(ColourDraw { wo: draw.wo, weight, pdf: f64::INFINITY, specular: true });
         }
         let (f_r, pdf) = self.eval_and_pdf(wi, draw.wo);

@@ -111,7 +111,7 @@ fn parameters(html: &mut String, settings: &Settings) {
         ("band", format!("{:.1} nm", s.wave.band * 1e9)),
         ("incident angles", format!("{}\u{b0}", list(&s.theta_i))),
         ("source azimuths", format!("{}\u{b0}, where the surface has a direction", list(&s.phi_i))),
-        ("tolerance", format!("{} of the energy", s.tolerance)),
+        ("tolerance", format!("{} % of the energy", 100.0 * s.tolerance)),
         ("bounces", s.bounces.to_string()),
         ("rays", format!("{}, where rays are traced", s.rays)),
         ("seed", s.seed.to_string()),

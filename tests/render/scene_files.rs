@@ -310,7 +310,7 @@ fn the_command_renders_reads_back_and_refuses() {
         (&["render", "none.toml", "-o", "c.exr"][..], "none.toml"),
         (&["render", "s.toml", "-o", "c.gif"][..], ".png or .exr"),
         (&["render", "s.toml"][..], "--output"),
-        (&["render", "s.toml", "-o", "c.exr", "--error", "0"][..], "percentage"),
+        (&["render", "s.toml", "-o", "c.exr", "--error", "2"][..], "write 2% or 0.02"),
         (&["render", "s.toml", "-o", "c.exr", "--estimator", "magic"][..], "mis, brdf"),
         (&["render", "--read", "a.exr", "--pixel", "99,2"][..], "no pixel 99,2"),
         (&["render", "--read", "s.toml"][..], "s.toml"),

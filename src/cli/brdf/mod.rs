@@ -53,7 +53,7 @@ struct CountingFlags {
 struct LightFlags {
     /// Light only this part of the map, X0,Y0,X1,Y1 from the top left as fractions or lengths; unlike with --region the rest
     /// still shadows and reflects
-    #[arg(long, value_name = "REGION", value_parser = super::quantity::region)]
+    #[arg(long, value_name = "REGION", value_parser = super::quantity::region, allow_hyphen_values = true)]
     footprint: Option<Region>,
 }
 
@@ -97,7 +97,7 @@ impl Answer {
 
 pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let start = Instant::now();
-    let extension = a.output.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let extension = super::written::ending(&a.output);
     let to_detectors = extension == "csv" || a.counting.detectors.is_some();
     check_output(a, &extension, to_detectors)?;
     let mut settings = a.scatter.settings()?;

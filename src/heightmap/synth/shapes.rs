@@ -5,14 +5,18 @@ use crate::error::{Error, Result};
 use crate::heightmap::RawMap;
 use ndarray::Array2;
 
+/// Slope beyond which a tilted plane is a mistake: 89.9 deg.
+const STEEPEST: f64 = 1000.0;
+
 /// `h = p x + q y` with slopes `p`, `q`: a tilted mirror. x grows with the column, y against the row.
 ///
 /// # Errors
-/// `Error::Parameter` for an unusable grid or slopes that are not finite.
+/// `Error::Parameter` for an unusable grid, or a slope beyond 1000 or not a number.
 pub fn ramp(grid: Grid, slopes: [f64; 2]) -> Result<RawMap> {
     check_grid(grid)?;
-    if !slopes.iter().all(|s| s.is_finite()) {
-        return Err(Error::parameter(format!("slopes {slopes:?} are not finite"), "give two numbers such as 0.1,0"));
+    if !slopes.iter().all(|s| s.abs() <= STEEPEST) {
+        let advice = format!("give two numbers up to {STEEPEST}, such as 0.1,0");
+        return Err(Error::parameter(format!("{slopes:?} are no slopes of a map"), advice));
     }
     let heights = Array2::from_shape_fn((grid.height, grid.width), |(r, c)| {
         slopes[0] * grid.pitch[0] * c as f64 - slopes[1] * grid.pitch[1] * r as f64

@@ -3,6 +3,7 @@
 use super::{Detectors, Rings, ShirleyChiu};
 use crate::error::{Error, Result};
 use crate::facets::SlopeStatistics;
+use crate::math::quantity;
 use crate::scatter::cells::{HalfVectorCells, TOLERANCE};
 use serde::{Deserialize, Serialize};
 
@@ -41,7 +42,7 @@ impl Partition {
             ("klems", "") => Partition::Klems,
             ("theta-phi", steps) => {
                 let (theta, phi) = steps.split_once(',').ok_or_else(bad)?;
-                let angle = |s: &str| s.trim().parse::<f64>().map(f64::to_radians).map_err(|_| bad());
+                let angle = |s: &str| quantity::angle(s).map_err(|_| bad());
                 Partition::EqualAngle { theta: angle(theta)?, phi: angle(phi)? }
             }
             ("equal-area", n) => Partition::EqualArea { count: n.trim().parse().map_err(|_| bad())? },
