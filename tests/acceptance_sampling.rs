@@ -321,9 +321,12 @@ fn alias_mass_is_that_of_the_table() {
             assert_eq!(probabilities.len(), table.cells().len());
             assert!((probabilities.iter().sum::<f64>() - 1.0).abs() < 1e-12);
             let facts = table.node(node / phis, node % phis);
-            // What is more serves cells that lie below the horizon of this node.
             let surplus = alias.total() / (facts.albedo - facts.diffuse) - 1.0;
-            assert!((-1e-9..0.01).contains(&surplus), "node {node}: {} {facts:?}", alias.total());
+            println!("{} deg: {surplus:.2e}", table.theta_i()[node / phis].to_degrees());
+            // What is more serves cells that lie below the horizon of this node; a node of a surface with a grain also serves the
+            // azimuths up to its neighbours, from which a tilted surface reflects more or less, in root mean square.
+            let most = if table.is_isotropic() { -1e-9..0.01 } else { -0.05..0.1 };
+            assert!(most.contains(&surplus), "node {node}: {} {facts:?}", alias.total());
         }
     }
 }

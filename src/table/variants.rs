@@ -32,8 +32,10 @@ impl Table {
             let ratios = self.ratios_of(node);
             t.iter_mut().zip(&ratios[k % ratios.len()]).for_each(|(t, r)| *t *= r);
         }
-        // A sub-area has other slopes, not another amount of light.
-        table.with_rest(&self.balance.own)
+        // A sub-area has other slopes, not another amount of light. What its own slopes would change in the balance between the
+        // nodes is of second order, and most of the work.
+        table.scale_rest(&self.balance.own);
+        table
     }
 
     /// The table with every mirror beam weaker by its standard error, the lobe having what the beam lost; `None` if no beam has
@@ -119,16 +121,20 @@ impl Table {
 
     /// The table with the energy `own` of mirror facets in the lobe of every node.
     fn with_rest(mut self, own: &[f64]) -> Table {
-        let held = mirror_energies(&self);
+        self.scale_rest(own);
+        self.cores = Cores::of(&self);
+        self.balance = Balance::of(&self);
+        self
+    }
+
+    fn scale_rest(&mut self, own: &[f64]) {
+        let held = mirror_energies(self);
         for (node, (held, wanted)) in held.into_iter().zip(own).enumerate() {
             if held > 0.0 {
                 let range = self.node_range(node);
                 self.density[range].iter_mut().for_each(|t| *t *= wanted / held);
             }
         }
-        self.cores = Cores::of(&self);
-        self.balance = Balance::of(&self);
-        self
     }
 
     /// What carries the map-to-map error of a node.
