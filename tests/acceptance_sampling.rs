@@ -321,9 +321,17 @@ fn alias_mass_is_that_of_the_table() {
             assert_eq!(probabilities.len(), table.cells().len());
             assert!((probabilities.iter().sum::<f64>() - 1.0).abs() < 1e-12);
             let facts = table.node(node / phis, node % phis);
-            // What is more serves cells that lie below the horizon of this node.
             let surplus = alias.total() / (facts.albedo - facts.diffuse) - 1.0;
-            assert!((-1e-9..0.01).contains(&surplus), "node {node}: {} {facts:?}", alias.total());
+            // What is more serves cells that lie below the horizon of this node. A node of a surface with a grain also serves the
+            // azimuths up to its neighbours, in root mean square: next to nothing while light falls steeply. Where it grazes
+            // a tilted surface, one side reflects much more than the other; tests/grain.rs holds those draws to their account.
+            let steep = table.theta_i()[node / phis] < 0.8;
+            let most = match (table.is_isotropic(), steep) {
+                (true, _) => -1e-9..0.01,
+                (false, true) => -2e-3..2e-3,
+                (false, false) => -0.1..0.5,
+            };
+            assert!(most.contains(&surplus), "node {node}: {} {facts:?}", alias.total());
         }
     }
 }

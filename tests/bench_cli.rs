@@ -193,7 +193,7 @@ fn bad_words_get_one_clear_error() {
     for (flags, word) in [
         (&["--budget", "soon"][..], "no time"),
         (&["--scaling", "--budgets"], "cannot be used with"),
-        (&["--choice", "--tolerance", "200%"], "no tolerance"),
+        (&["--choice", "--tolerance", "200%"], "not between 0% and 100%"),
         (&["a.x3p", "b.x3p"], "one map is measured at a time"),
         (&["--budgets", "a.x3p"], "leave the MAP out"),
         (&["absent.x3p"], "absent.x3p"),

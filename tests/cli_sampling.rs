@@ -130,3 +130,17 @@ fn check_passes_what_is_sound_and_names_what_is_not() {
     assert!(text.contains("FAULT"), "{text}");
     refuse(dir.path(), "check none.npz", &["none.npz"]);
 }
+
+/// Where one azimuth serves for all, those named are kept all the same; where the table is averaged over them, that is said.
+#[test]
+fn named_azimuths_are_kept_or_spoken_of() {
+    let dir = folder();
+    let few = json(&run(dir.path(), "brdf map.x3p -o one.npz --method kirchhoff --symmetry anisotropic --json"));
+    assert_eq!(few["phi_i_deg"], serde_json::json!([0.0]));
+    let named = "brdf map.x3p -o named.npz --method kirchhoff --theta-i 0,45,80 --phi-i 10,130,250 --symmetry anisotropic --json";
+    let kept = json(&run(dir.path(), named));
+    assert_eq!(kept["phi_i_deg"], serde_json::json!([10.0, 130.0, 250.0]));
+    let done = call(dir.path(), "brdf map.x3p -o round.npz --symmetry isotropic --phi-i 10,130 --theta-i 0,45");
+    let text = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.success() && text.contains("--phi-i has no effect"), "{text}");
+}

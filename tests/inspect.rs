@@ -156,14 +156,14 @@ fn mistakes_are_named() {
     for (arguments, code, words) in [
         ("inspect absent.x3p", 1, "absent.x3p"),
         ("inspect m.x3p -o page.jpg", 2, "name it .png"),
-        ("convert m.x3p -o m.docx", 1, "name it .x3p, .sdf, .npy or .png"),
+        ("convert m.x3p -o m.docx", 2, "name it .x3p, .sdf, .npy or .png"),
         ("convert m.x3p -o m.x3p.npy --preview", 1, "name it .png"),
-        ("synth -o m.txt", 1, "name it .x3p"),
+        ("synth -o m.txt", 2, "name it .x3p"),
         ("synth -o n.x3p --shape ramp", 2, "--ramp 0.1,0"),
         ("synth -o n.x3p --shape cap --radius 1um", 2, "larger --radius"),
         ("synth -o n.x3p --shape sinusoid --period 1um", 2, "--period"),
         ("synth -o n.x3p --spikes 0.1", 2, "--spike-height"),
-        ("synth -o n.x3p --dropouts 3", 2, "from 0 to 1"),
+        ("synth -o n.x3p --dropouts 3", 2, "write 3% or 0.03"),
         ("synth -o n.x3p --acl 1um,2um,3um", 2, "--acl"),
     ] {
         let output = asperity(folder.path(), arguments);

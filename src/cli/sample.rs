@@ -84,11 +84,12 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
     let mean = Estimate { value: sum / n, standard_error: ((squares / n - (sum / n).powi(2)).max(0.0) / n).sqrt() };
     let bytes = npy::encode(&[rows.len(), 5], rows.iter().flatten().copied());
     crate::output::write_bytes(&a.output, &bytes)?;
+    let albedo = brdf.albedo_towards(wi);
     if json {
         return print_json(&json!({
             "source": source.name(), "file": a.output.display().to_string(), "columns": ["x", "y", "z", "pdf_per_sr", "weight"],
             "theta_i_deg": theta_i.to_degrees(), "phi_i_deg": phi_i.to_degrees(), "draws": a.count,
-            "specular_core": specular, "nothing": nothing, "mean_weight": mean, "albedo": brdf.albedo(theta_i),
+            "specular_core": specular, "nothing": nothing, "mean_weight": mean, "albedo": albedo,
         }));
     }
     println!(
@@ -98,7 +99,7 @@ pub fn run(a: &Arguments, json: bool) -> anyhow::Result<()> {
         a.output.display(),
         mean.value,
         mean.standard_error,
-        brdf.albedo(theta_i),
+        albedo,
     );
     Ok(())
 }

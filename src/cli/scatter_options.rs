@@ -30,7 +30,8 @@ pub struct ScatterOptions {
     /// Incident polar angles in degrees, rising [default: those of 14 from 0 to 88 that --tolerance needs]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     theta_i: Option<Vec<f64>>,
-    /// Source azimuths in degrees of an anisotropic table, rising [default: every 30, or fewer]
+    /// Source azimuths in degrees of an anisotropic table, rising [default: those of every 30 that --tolerance needs, and one where
+    /// no visibility is traced: its density serves every azimuth]
     #[arg(long, value_parser = quantity::angle, value_delimiter = ',', value_name = "LIST")]
     phi_i: Option<Vec<f64>>,
     /// Whether to average over source azimuths
@@ -115,6 +116,14 @@ impl ScatterOptions {
         self.phi_i.is_some()
     }
 
+    /// What to say of --phi-i where it has no effect.
+    pub fn unused_azimuths(&self, isotropic: bool) -> Option<String> {
+        let unused = isotropic && self.names_azimuths();
+        unused.then(|| {
+            "The table is averaged over source azimuths, so --phi-i has no effect: --symmetry anisotropic keeps them.".to_owned()
+        })
+    }
+
     /// The library's settings.
     pub fn settings(&self) -> Result<Settings> {
         let defaults = Options::default();
@@ -135,6 +144,7 @@ impl ScatterOptions {
             wave: Wave { wavelength: self.wavelength, band: self.band, source: self.source_cone },
             theta_i: self.theta_i.clone().unwrap_or(defaults.theta_i),
             phi_i: self.phi_i.clone().unwrap_or(defaults.phi_i),
+            all_phi_i: self.phi_i.is_some(),
             footprint: None,
             tolerance: self.tolerance,
             rays: self.rays,

@@ -58,7 +58,11 @@ impl Source {
             (prediction::from_table(Table::load(path)?, &name, &settings)?, None)
         } else {
             let prepared = map.load(path)?;
-            (predict(&prepared.map, &name, &settings, progress)?, Some((path.to_owned(), prepared.report)))
+            let found = predict(&prepared.map, &name, &settings, progress)?;
+            if let Some(warning) = scatter.unused_azimuths(found.isotropic) {
+                eprintln!("warning: {warning}");
+            }
+            (found, Some((path.to_owned(), prepared.report)))
         };
         progress(1.0);
         Ok(Source::Surface { prediction: Box::new(found), preparation })

@@ -2,6 +2,7 @@
 
 pub mod alias;
 pub mod audit;
+mod azimuths;
 mod draw;
 mod grid;
 mod hats;

@@ -3,6 +3,7 @@
 use crate::math::direction;
 use crate::optics::{Brdf, BrdfSample};
 use glam::DVec3;
+use std::f64::consts::TAU;
 
 /// `f = (f(wi, wo) + f(wo, wi)) / 2`: reciprocity enforced, drawn as before.
 ///
@@ -27,9 +28,14 @@ impl Brdf for Reciprocal<'_> {
         self.0.pdf(wi, wo)
     }
 
-    /// By quadrature over the draws of the original, at azimuth 0.
+    /// The mean over twelve azimuths.
     fn albedo(&self, theta_i: f64) -> f64 {
-        let wi = direction(theta_i, 0.0);
+        let at = |k: u32| self.albedo_towards(direction(theta_i, TAU * f64::from(k) / 12.0));
+        (0..12).map(at).sum::<f64>() / 12.0
+    }
+
+    /// By quadrature over the draws of the original.
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
         let n = 1 << 14;
         let sum: f64 = (0..n)
             .filter_map(|k| {

@@ -52,6 +52,10 @@ macro_rules! same_reflection {
             self.0.albedo(theta_i)
         }
 
+        fn albedo_towards(&self, wi: DVec3) -> f64 {
+            self.0.albedo_towards(wi)
+        }
+
         fn specular_core(&self, wi: DVec3) -> f64 {
             self.0.specular_core(wi)
         }
@@ -126,6 +130,10 @@ impl Brdf for CumulativeSampled<'_> {
 
     fn albedo(&self, theta_i: f64) -> f64 {
         self.brdf.albedo(theta_i)
+    }
+
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        self.brdf.albedo_towards(wi)
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {

@@ -1,6 +1,7 @@
 //! A table that can be drawn from.
 
 use super::alias::AliasTable;
+use super::azimuths::Served;
 use super::hats::Hats;
 use super::run::{self, SourceTables};
 use super::slabs::Slabs;
@@ -8,12 +9,13 @@ use super::slots::Slots;
 use super::sources::Sources;
 use crate::error::Result;
 use crate::math::direction;
+use crate::math::frame::theta;
 use crate::optics::{Brdf, BrdfSample};
 use crate::scatter::axis::{at_least, at_most};
-use crate::table::{Table, albedos, mesh};
+use crate::table::{Table, albedos};
 use glam::{DVec3, Vec4};
 use rayon::prelude::*;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::OnceLock;
 
 /// Share of its density that a cell keeps as sampling weight when it lies below the horizon of the node: between two
@@ -23,6 +25,8 @@ const SLIVER: f64 = 1e-3;
 /// Cosines below this count as the horizon.
 pub(super) const HORIZON: f64 = 1e-9;
 
+/// Azimuths over which the albedo of a surface with a grain is averaged: the default nodes, between which a table is straight.
+const ALBEDO_AZIMUTHS: usize = 12;
 /// Steps of the albedo from 0 to 90 deg.
 const ALBEDO_STEPS: usize = 128;
 /// The last of them, short of the horizon \[rad\].
@@ -50,8 +54,8 @@ pub struct TableBrdf {
     pub(super) glossy: bool,
     /// That, and the same at every azimuth.
     pub(super) plain: bool,
-    /// Albedo at even steps of theta_i, worked out when first asked for.
-    albedo: OnceLock<Vec<f64>>,
+    /// Albedo at even steps of theta_i, each worked out when first asked for.
+    albedo: Vec<OnceLock<f64>>,
 }
 
 impl TableBrdf {
@@ -64,14 +68,14 @@ impl TableBrdf {
         let phis = table.phi_i.len();
         let hats = Hats::new(cells);
         let integrals: Vec<f64> = (0..cells.len()).map(|k| hats.integral(cells.column_and_row(k))).collect();
-        let mesh = mesh(&table);
+        let served = Served::new(&table);
         let built: Vec<(Option<AliasTable>, Vec4, Vec<f32>)> = (0..table.nodes.len())
             .into_par_iter()
             .map(|node| {
                 let wi = direction(table.theta_i[node / phis], table.phi_i[node % phis]);
                 let facts = &table.nodes[node];
                 let density = &table.density[table.node_range(node)];
-                let energies = mesh.hat_energies(cells.len(), wi, &table.material);
+                let energies = served.energies(node);
                 let sliver = SLIVER * table.material.reflectance(1.0);
                 let weights: Vec<f64> =
                     (0..cells.len()).map(|k| density[k] * energies[k].max(sliver * integrals[k])).collect();
@@ -116,7 +120,7 @@ impl TableBrdf {
             hats,
             glossy,
             plain: glossy && table.isotropic,
-            albedo: OnceLock::new(),
+            albedo: vec![OnceLock::new(); ALBEDO_STEPS + 1],
             table,
         })
     }
@@ -129,6 +133,19 @@ impl TableBrdf {
     /// The alias table of a node, `None` where only the core reflects.
     pub fn alias(&self, node: usize) -> Option<&AliasTable> {
         self.aliases[node].as_ref()
+    }
+
+    /// Albedo at a step, the mean over azimuths.
+    fn albedo_step(&self, k: usize) -> f64 {
+        if let Some(known) = self.albedo[k].get() {
+            return *known;
+        }
+        let theta_i = ALBEDO_LAST * k as f64 / ALBEDO_STEPS as f64;
+        let azimuths = if self.table.isotropic || k == 0 { 1 } else { ALBEDO_AZIMUTHS };
+        let at = |j: usize| direction(theta_i, TAU * j as f64 / azimuths as f64);
+        let all = albedos(&self.table, &(0..azimuths).map(at).collect::<Vec<_>>());
+        // Two that ask at once find the same.
+        *self.albedo[k].get_or_init(|| all.iter().sum::<f64>() / azimuths as f64)
     }
 
     /// Whether [`run`] can draw from it: there is a lobe at every node.
@@ -162,15 +179,18 @@ impl Brdf for TableBrdf {
         run::eval_and_pdf(self, wi, wo, out);
     }
 
-    /// Of the interpolated table at azimuth 0; between the nodes the Fresnel reflectance does not run straight.
+    /// Of the interpolated table; between the nodes the Fresnel reflectance does not run straight.
     fn albedo(&self, theta_i: f64) -> f64 {
-        let steps = self.albedo.get_or_init(|| {
-            let at = |k: usize| direction(ALBEDO_LAST * k as f64 / ALBEDO_STEPS as f64, 0.0);
-            albedos(&self.table, &(0..=ALBEDO_STEPS).map(at).collect::<Vec<_>>())
-        });
         let x = at_most(at_least(theta_i / ALBEDO_LAST, 0.0), 1.0) * ALBEDO_STEPS as f64;
         let k = (x as usize).min(ALBEDO_STEPS - 1);
-        steps[k] + (x - k as f64) * (steps[k + 1] - steps[k])
+        let [below, above] = [k, k + 1].map(|k| self.albedo_step(k));
+        below + (x - k as f64) * (above - below)
+    }
+
+    /// By quadrature at that very direction: it takes as long as many thousand draws.
+    fn albedo_towards(&self, wi: DVec3) -> f64 {
+        // The horizon itself reflects what comes from just above it.
+        albedos(&self.table, &[direction(at_most(theta(wi), ALBEDO_LAST), wi.y.atan2(wi.x))])[0]
     }
 
     fn specular_core(&self, wi: DVec3) -> f64 {

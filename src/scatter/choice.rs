@@ -62,8 +62,11 @@ pub struct Options {
     pub wave: Wave,
     /// Incident polar angles \[rad\], rising, each in `[0, 90 deg)`.
     pub theta_i: Vec<f64>,
-    /// Source azimuths \[rad\] of an anisotropic table; one node serves while nothing is hidden.
+    /// Source azimuths \[rad\] of an anisotropic table.
     pub phi_i: Vec<f64>,
+    /// Keep all of them even where no visibility is traced: facets then have one density for every azimuth, and a single node
+    /// serves.
+    pub all_phi_i: bool,
     /// Cells that are lit; the rest of the map shadows and reflects. `None` lights all.
     pub footprint: Option<Footprint>,
     /// Share of the energy that may go unaccounted for.
@@ -83,6 +86,7 @@ impl Default for Options {
             wave: Wave::default(),
             theta_i: degrees.map(f64::to_radians).to_vec(),
             phi_i: (0..12).map(|k| (30.0 * f64::from(k)).to_radians()).collect(),
+            all_phi_i: false,
             footprint: None,
             tolerance: TOLERANCE,
             rays: 1_000_000,
@@ -188,7 +192,10 @@ pub fn scatter_run(
         judge.ask_visibility(decision, &density, &cells, &hiding);
     }
     let any_visibility = decisions.iter().any(|d| d.visibility);
-    let phi_i = if isotropic || !any_visibility { vec![0.0] } else { options.phi_i.clone() };
+    let phi_i = match isotropic {
+        false if any_visibility || options.all_phi_i => options.phi_i.clone(),
+        _ => vec![0.0],
+    };
     let heights = HeightField::new(map);
     let walk = Walk {
         field: &heights,

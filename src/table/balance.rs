@@ -42,9 +42,17 @@ pub(crate) fn mirror_energies(table: &Table) -> Vec<f64> {
 
 /// Quadrature over all cells that hold something at any node.
 pub(crate) fn mesh(table: &Table) -> Mesh<'_> {
+    Mesh::new(&table.cells, &filled(table), &table.masking)
+}
+
+/// As [`mesh`], of fewer points.
+pub(crate) fn coarse_mesh(table: &Table) -> Mesh<'_> {
+    Mesh::coarse(&table.cells, &filled(table), &table.masking)
+}
+
+fn filled(table: &Table) -> Vec<bool> {
     let n = table.cells.len();
-    let filled: Vec<bool> = (0..n).map(|k| table.density.iter().skip(k).step_by(n).any(|&t| t != 0.0)).collect();
-    Mesh::new(&table.cells, &filled, &table.masking)
+    (0..n).map(|k| table.density.iter().skip(k).step_by(n).any(|&t| t != 0.0)).collect()
 }
 
 fn own(table: &Table, mesh: &Mesh) -> Vec<f64> {
@@ -74,7 +82,7 @@ pub(crate) fn albedos(table: &Table, directions: &[DVec3]) -> Vec<f64> {
                     floor += weight * table.nodes[node].diffuse;
                 }
             }
-            let rest = incident.balance * mesh.energy(&mesh.values(&density), wi, &table.material);
+            let rest = incident.balance * mesh.energy(&mesh.values(&density), incident.local(), &table.material);
             table.core(wi) + floor + rest
         })
         .collect()

@@ -12,10 +12,11 @@ mod mesh;
 mod nodes;
 mod variants;
 
-pub(crate) use balance::{STEPS as BALANCE_STEPS, albedos, mesh};
+pub(crate) use balance::{STEPS as BALANCE_STEPS, albedos, coarse_mesh, mesh};
 pub(crate) use eval::Incident;
 pub use file::FORMAT_VERSION;
 pub(crate) use masking::Masking;
+pub(crate) use mesh::Mesh;
 pub use nodes::NodeWeights;
 pub(crate) use nodes::{BUCKETS, Nodes, Place, not_below, turn};
 pub use variants::Steps;

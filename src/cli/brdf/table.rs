@@ -25,13 +25,15 @@ pub(super) fn run(a: &Arguments, settings: &Settings, map: &HeightMap) -> anyhow
     let prediction = predict_run(map, &file_name(&a.map_file), settings, &mut run, &progress)?;
     bar.finish();
     prediction.brdf.table().save(&a.output)?;
-    for warning in &prediction.warnings {
+    let unused = a.scatter.unused_azimuths(prediction.isotropic);
+    let warnings: Vec<String> = unused.into_iter().chain(prediction.warnings.iter().map(ToString::to_string)).collect();
+    for warning in &warnings {
         eprintln!("warning: {warning}");
     }
-    Ok(describe(&prediction))
+    Ok(describe(&prediction, &warnings))
 }
 
-fn describe(prediction: &Prediction) -> Answer {
+fn describe(prediction: &Prediction, warnings: &[String]) -> Answer {
     let table = prediction.brdf.table();
     let degrees: Vec<f64> = table.theta_i().iter().map(|&t| super::degrees(t)).collect();
     // Over the azimuths of an anisotropic table the mean is reported.
@@ -71,10 +73,15 @@ fn describe(prediction: &Prediction) -> Answer {
     for (degrees, d) in degrees.iter().zip(&prediction.decisions) {
         let _ = writeln!(text, "{degrees:>6.1}   {d}");
     }
-    let _ = writeln!(text, "{} cells per direction", table.cells().len());
+    let azimuths = table.phi_i().len();
+    let _ = match azimuths {
+        1 => writeln!(text, "{} cells per direction", table.cells().len()),
+        _ => writeln!(text, "{} cells per direction, {azimuths} source azimuths", table.cells().len()),
+    };
     let json = json!({
         "method": prediction.method_summary(), "isotropic": prediction.isotropic, "cells": table.cells().len(),
         "facets": prediction.facets,
+        "phi_i_deg": table.phi_i().iter().map(|&p| super::degrees(p)).collect::<Vec<_>>(),
         "theta_i_deg": degrees, "albedo": albedo, "albedo_se": albedo_se,
         "multiple_bounce_fraction": multiple, "lost_fraction": lost,
         "bounce_fractions": prediction.bounce_fractions,
@@ -83,7 +90,7 @@ fn describe(prediction: &Prediction) -> Answer {
         "waves": prediction.decisions.iter().map(|d| d.wave).collect::<Vec<_>>(),
         "reasons": prediction.decisions.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "visibility": prediction.decisions.iter().map(|d| d.visibility).collect::<Vec<_>>(),
-        "warnings": prediction.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "warnings": warnings,
     });
     Answer { json, text }
 }

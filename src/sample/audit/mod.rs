@@ -53,7 +53,7 @@ pub struct Row {
     pub albedo: f64,
     pub integral: f64,
     pub mean_weight: Estimate,
-    /// Mean of `|f(i,o) - f(o,i)| / (f(i,o) + f(o,i))` by energy, and the same in standard errors where they are known.
+    /// Mean of `|f(i,o) - f(o,i)| / (f(i,o) + f(o,i))` by energy, that of the core included, and the same in standard errors where they are known.
     pub asymmetry: f64,
     pub asymmetry_sigma: Option<f64>,
     /// Integral of the pdf, and what it should be.
@@ -175,13 +175,16 @@ fn row(brdf: &dyn Brdf, error_of: Option<ErrorOf>, options: &Options, number: u6
         };
         weights.add(s.weight);
         check(s.weight >= 0.0 && s.weight.is_finite() && s.wo.z > 0.0 && (s.wo.length() - 1.0).abs() < 1e-6);
+        // Twenty thousand draws tell of values; every draw is counted.
+        let of_values = draw % (options.draws / 20_000).max(1) == 0;
         if s.specular {
             specular += 1.0;
+            // A mirror beam is the same both ways.
+            energy += if of_values { s.weight } else { 0.0 };
             continue;
         }
         counts[tree.leaf(s.wo)] += 1.0;
-        // Twenty thousand draws tell of values; every draw is counted.
-        if draw % (options.draws / 20_000).max(1) != 0 {
+        if !of_values {
             continue;
         }
         let (f, back) = (brdf.eval(wi, s.wo), brdf.eval(s.wo, wi));
@@ -198,7 +201,8 @@ fn row(brdf: &dyn Brdf, error_of: Option<ErrorOf>, options: &Options, number: u6
         if let Some(error_of) = error_of {
             let (a, b) = (error_of(wi, s.wo), error_of(s.wo, wi));
             let error = a.standard_error.hypot(b.standard_error);
-            if error > 0.0 {
+            // What is known to the last digit is no matter of errors.
+            if error > 1e-9 * (a.value + b.value) {
                 sigma.add((a.value - b.value).abs() / error);
             }
         }
