@@ -276,15 +276,16 @@ fn impossible_instruments_read_nan_and_say_why() {
     let brdf = model("lambert:rho=1");
     let good = Geometry::gloss60();
     let bad = [
-        Geometry { theta_i: 1.6, ..good.clone() },
-        Geometry { theta_i: f64::NAN, ..good.clone() },
-        Geometry { receptor: [0.0, 0.1], ..good.clone() },
-        Geometry { source: [0.1, 2.0], ..good.clone() },
-        Geometry { offset: 1.0, ..good.clone() },
-        Geometry { standard_index: 1.0, ..good.clone() },
+        ("angle of incidence", Geometry { theta_i: 1.6, ..good.clone() }),
+        ("angle of incidence", Geometry { theta_i: f64::NAN, ..good.clone() }),
+        ("a stop of the glossmeter", Geometry { receptor: [0.0, 0.1], ..good.clone() }),
+        ("a stop of the glossmeter", Geometry { source: [0.1, 2.0], ..good.clone() }),
+        ("below the surface", Geometry { offset: 1.0, ..good.clone() }),
+        ("index of the gloss standard", Geometry { standard_index: 1.0, ..good.clone() }),
     ];
-    for geometry in bad {
-        assert!(geometry.validate().unwrap_err().to_string().contains("gloss60"));
+    for (what, geometry) in bad {
+        let said = geometry.validate().unwrap_err().to_string();
+        assert!(said.contains(what), "{what}: {said}");
         assert!(gloss(&*brdf, &geometry, &Options::default()).value.is_nan());
     }
     assert!(gloss(&*brdf, &good, &Options::default().with_azimuths([])).value.is_nan());

@@ -168,7 +168,7 @@ fn names_are_read_and_refused() {
         ("theta-phi:5", "unknown"),
         ("theta-phi:5,7", "close the circle"),
         ("theta-phi:0,10", "0 deg by"),
-        ("theta-phi:nan,10", "deg by"),
+        ("theta-phi:nan,10", "theta-phi:DT,DP in degrees"),
         ("theta-phi:0.001,0.001", "are more than"),
         ("equal-area:0", "0 detectors"),
         ("equal-area:99999999", "detectors of equal"),
