@@ -51,17 +51,21 @@ impl WaveDensity {
         let shape: f64 = (0..4)
             .map(|k| w[k] * cells.iter().map(|&(cell, share)| share * self.shapes[first + k][cell]).sum::<f64>())
             .sum();
-        if shape <= 0.0 {
-            return 0.0;
-        }
-        let incoherent: f64 = (0..4).map(|k| w[k] * self.incoherent[first + k]).sum();
-        shape * (incoherent * v_z * v_z).clamp(0.0, 1.0)
+        if shape <= 0.0 { 0.0 } else { shape * self.incoherent(first, &w, v_z) }
+    }
+
+    /// Share of the light outside the mirror beam, joined over the slices from `first` on with weights `w`.
+    fn incoherent(&self, first: usize, w: &[f64; 4], v_z: f64) -> f64 {
+        let per_square: f64 = (0..4).map(|k| w[k] * self.incoherent[first + k]).sum();
+        (per_square * v_z * v_z).clamp(0.0, 1.0)
     }
 
     /// `E_k = integral over the cell of G R(beta) T cb / (ch ci) dp dq`, mirror beam `G R(theta_i) mirror` apart.
     ///
     /// `G` is Smith's masking-shadowing of the measured slopes, for both: the phase integral lights every point of the map.
     /// What `G` hides, and what the formula sends below the horizon, would meet the surface again: it is `lost`. Scalar
+    /// A weak mirror beam stands out from the speckle at some `v_z` and not at others: the lobe as a whole holds what the beam
+    /// does not have at the `v_z` of the mirror direction, whatever the slices around took out. Scalar
     /// Kirchhoff does not conserve energy: near grazing a lobe wider than its angle to the surface gets up to twice the
     /// incoherent light there is. More than the mirror beam has left is scaled down to it.
     pub fn tally(
@@ -76,6 +80,10 @@ impl WaveDensity {
         let k = self.wave.wave_number();
         let source = self.wave.source_points(wi);
         let mut escaping = 0.0;
+        let specular = 2.0 * k * wi.z;
+        let (first, w) = self.slices.weights(specular);
+        let joined = self.incoherent(first, &w, specular);
+        let whole = if joined > 0.0 { (1.0 - mirror).max(0.0) / joined } else { 1.0 };
         for cell in 0..cells.len() {
             if source.len() == 1 && self.shapes.iter().all(|s| s[cell] == 0.0) {
                 continue;
@@ -87,7 +95,7 @@ impl WaveDensity {
                 } else {
                     source.iter().map(|&(from, share)| share * self.seen_from(cells, from, &f)).sum()
                 };
-                let seen = t * point.area * f.weight * hiding.visible(wi.z, f.wo.z);
+                let seen = whole * t * point.area * f.weight * hiding.visible(wi.z, f.wo.z);
                 let reflected = seen * material.reflectance(f.cos_beta);
                 escaping += seen;
                 tally.energy[cell] += reflected;
