@@ -118,8 +118,8 @@ impl WaveCount<'_> {
         let n = self.detectors.len();
         let none = Lobe { energy: vec![0.0; n], escaping: 0.0 };
         let mut sums = vec![none.clone(); sources.len()];
-        // Per slice, what the windows hold of the incoherent light, and what they should.
-        let mut power = vec![[0.0, 0.0]; slices.count()];
+        // Per slice, what the windows hold of the incoherent light.
+        let mut held = vec![0.0; slices.count()];
         let mut scatter: Vec<Ratio> = sources.iter().map(|_| Ratio::new(n)).collect();
         let total: f64 = windows.iter().map(|w| w.weight).sum();
         for (w, window) in windows.iter().enumerate() {
@@ -128,9 +128,7 @@ impl WaveCount<'_> {
                 let slice = Slice { all: slices, number: s, v_z: slices.v_z(s), support: slices.support(s) };
                 for (relative, coherent) in self.field.band().iter().zip(members) {
                     let spectrum = self.field.spectrum(window, slice.v_z * relative, coherent);
-                    let held: f64 = spectrum.energy.iter().map(|&e| f64::from(e)).sum();
-                    power[s][0] += window.weight / total * held;
-                    power[s][1] += window.weight / total * (1.0 - coherent.share());
+                    held[s] += window.weight / total * spectrum.energy.iter().map(|&e| f64::from(e)).sum::<f64>();
                     for (source, parts) in sources.iter().zip(&mut parts) {
                         self.deal(&spectrum, source, &slice, parts);
                     }
@@ -151,8 +149,12 @@ impl WaveCount<'_> {
         let whole = directions.iter().zip(sources).zip(sums).zip(scatter);
         whole
             .map(|(((&at, source), mut sum), scatter)| {
-                // A taper weighs some places more than others; the light is that of all.
-                let [held, wanted] = power[slices.nearest(self.field.v_z(source.wi.z, source.wi.z))];
+                // A taper weighs some places more than others, and a weak mirror beam stands out from the speckle at some slices
+                // only; the light is all that the beam does not have.
+                let v_z = self.field.v_z(source.wi.z, source.wi.z);
+                let joined = |(s, held): (usize, &f64)| slices.weight(s, v_z) * (v_z / slices.v_z(s)).powi(2) * held;
+                let held: f64 = held.iter().enumerate().map(joined).sum();
+                let wanted = (1.0 - self.field.mirror_share(v_z).0) * self.field.band().len() as f64;
                 let level = if held > 0.0 { wanted / held } else { 1.0 };
                 sum.energy.iter_mut().for_each(|e| *e *= level);
                 sum.escaping *= level;
