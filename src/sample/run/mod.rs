@@ -1,7 +1,8 @@
 //! Draws and lookups by the run: what one does after the other, many do side by side.
 //!
 //! A single draw waits for itself: root, division, lookup, root, lookup, division. So does a lookup. In runs of 64, and of 16 for
-//! what is left, every step is a loop of its own: arithmetic in lanes, and lookups one after the other without waiting, each one load of a whole record.
+//! what is left, every step is a loop of its own: arithmetic in lanes, and lookups one after the other without waiting, each one
+//! load of a whole record.
 
 mod azimuths;
 mod cells;

@@ -60,7 +60,8 @@ impl WaveDensity {
         (per_square * v_z * v_z).clamp(0.0, 1.0)
     }
 
-    /// `E_k = integral over the cell of G R(beta) T cb / (ch ci) dp dq`, mirror beam `G R(theta_i) mirror` apart.
+    /// `E_k = w integral over the cell of G R(beta) T cb / (ch ci) dp dq`, mirror beam `G R(theta_i) mirror` apart;
+    /// `w = (1 - mirror) / (share of T outside the beam)`, both at the `v_z` of the mirror direction.
     ///
     /// `G` is Smith's masking-shadowing of the measured slopes, for both: the phase integral lights every point of the map.
     /// What `G` hides, and what the formula sends below the horizon, would meet the surface again: it is `lost`. Scalar
