@@ -1,4 +1,4 @@
-//! How often each part of a sum of BRDFs is drawn from: by its energy at this incident angle.
+//! How often each part of a sum of BRDFs is drawn from: by the root of its layer's energy at this incident angle.
 //!
 //! `p_l(theta_i) = sqrt E_l / sum_j sqrt E_j` for a layer, divided among its parts by `c_k E_k`; `E_k(theta_i)` is the
 //! directional-hemispherical reflectance, core included, `c_k` how much of white the part stands for, `E_l = sum c_k E_k`.

@@ -44,7 +44,7 @@ impl Spectral {
     }
 
     /// The sum of layers, each the sum of BRDFs with their shares in red, green and blue. Sampling draws from
-    /// every layer by the energy that it sends out, its specular core included.
+    /// every layer by the root of the energy that it sends out, its specular core included.
     pub fn sum(layers: Vec<Vec<(Box<dyn Brdf>, DVec3)>>) -> Self {
         // Shares of one layer may cancel, as those of X, Y and Z do: they divide what the layer as a whole makes of white.
         let grey = |rgb: DVec3| rgb.abs().element_sum() / 3.0;
